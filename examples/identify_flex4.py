@@ -13,15 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.excitation import excite
-from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
-from symoro_elastic.analysis.identification.views import table
+from symoro_elastic.analysis.simulation.simulated_measurements import Controller, Sensors, measure, simulate
 from symoro_elastic.analysis.time_series.measurements import read_measurements, write_measurements
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
+from symoro_elastic.measured.logs.excitation import excite
+from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits
+from symoro_elastic.measured.logs.identify import LogSettings, identify
+from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.measured.logs.views import table
 
 HERE = Path(__file__).parent
 GEOMETRY = {"L2": 0.5, "G3": -9.81}
@@ -82,7 +83,7 @@ def main(folder: Path) -> None:
     write_measurements(measure(true, Sensors(step, step, np.array([0.3, 0.1]))), machine, folder / "flex4.csv")
 
     measured = read_measurements(folder / "flex4.csv", machine)
-    found = identify(machine, measured, values(machine), known=BALANCED)
+    found = identify(machine, measured, LogSettings(values=values(machine), known=BALANCED))
     print(table(found, {e.unknown.label: e.unknown.nominal for e in found.estimates}))
     for name, (q0, std) in found.neutral.items():
         print(f"neutral position of {name}: {q0:.6f} rad, std {std:.1e}, true {NEUTRAL[name]}")

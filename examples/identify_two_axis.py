@@ -14,12 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
-from symoro_elastic.analysis.identification.views import table
+from symoro_elastic.analysis.simulation.simulated_measurements import Controller, Sensors, measure, simulate
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
+from symoro_elastic.measured.logs.identify import LogSettings, identify
+from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.measured.logs.views import table
 
 HERE = Path(__file__).parent
 DAMPING = 1e-4  # s, over stiffness
@@ -82,7 +83,7 @@ def main(folder: Path) -> None:
     true = simulate(machine, {}, motion, controller, duration=3.0, sampling=2500.0, substeps=4, settle=1.0)
     measured = measure(true, sensors(machine))
     np.savez(folder / "two_axis.npz", t=measured.t, q=measured.q, tau=measured.tau)
-    found = identify(machine, measured, known=KNOWN)
+    found = identify(machine, measured, LogSettings(known=KNOWN))
     print(table(found, {e.unknown.label: e.unknown.nominal for e in found.estimates}))
     accuracy(found)
     for path in found.plots().save(folder):

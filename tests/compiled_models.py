@@ -19,9 +19,9 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Vector3
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.models.packaging import package
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.programs.catalogue import trace_scene
+from symoro_elastic.numerics.verification.implementations import import_package
 
 Array = NDArray[np.float64]
 

@@ -22,16 +22,16 @@ from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, trace_scene
-from symoro_elastic.models.closed_chains import CLOSED_CHAINS
-from symoro_elastic.models.derivatives import DERIVATIVES
+from symoro_elastic.models.derivatives.derivatives import DERIVATIVES
 from symoro_elastic.models.drives.control import CONTROLLERS
-from symoro_elastic.models.feed_forward import FEED_FORWARD
-from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
-from symoro_elastic.models.inverse_kinematic import INVERSE_KINEMATIC
+from symoro_elastic.models.dynamics.closed_chains import CLOSED_CHAINS
+from symoro_elastic.models.dynamics.feed_forward import FEED_FORWARD
+from symoro_elastic.models.kinematics.geometric import STATIC_SPRINGS
+from symoro_elastic.models.kinematics.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.kinematics.inverse_kinematic import INVERSE_KINEMATIC
 from symoro_elastic.models.packaging import package
-from symoro_elastic.models.static_deflections import STATIC_SPRINGS
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.programs.catalogue import MODELS, trace_scene
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(

@@ -45,6 +45,7 @@ GOLDEN = (
     Golden("sr400.par", "."),
     Golden("planar_2r.toml", "all_models", FIVE, ("numpy", "c-batch")),
     Golden("planar_2r.toml", "steps", FIVE[:2], steps=("w3",)),
+    Golden("planar_2r.toml", "python", ("inertia_matrix",), ("python",)),
 )
 
 

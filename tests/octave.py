@@ -17,11 +17,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import loadmat, savemat
 
-from symoro_elastic.codegen.matlab_arrays import LISTS
-from symoro_elastic.codegen.matlab_function import matlab_name
+from symoro_elastic.codegen.matlab_function import LISTS, matlab_name
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.states import moderate_states
 
 Array = NDArray[np.float64]

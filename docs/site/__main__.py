@@ -1,6 +1,6 @@
 """Build the site: `python -m docs.site [--out build/site] [--without-pictures] [--versions FOLDER]`.
 
-The pages are written as Markdown first, so that any generator of sites can take them; Zensical makes the site.
+The pages are written as Markdown first, so that any site generator can read them; Zensical makes the site.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FETCHED = re.compile(r'src="https://unpkg\.com/iframe-worker/shim"')
 
 
 VERSIONS = '[project.extra.version]\nprovider = "mike"\n'
-"""Pages offer the versions that are listed beside their folder: a server is needed."""
+"""Pages offer the versions that are listed next to their folder: a server is needed."""
 
 
 def build(out: Path, make: bool = True, more: str = "") -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import click
@@ -9,6 +10,7 @@ import click
 from docs.site.guides import on_site
 from symoro_elastic.cli import cli
 from symoro_elastic.cli.listed import LISTED, SECTIONS
+from tests.documented_pages import runs
 from tests.golden import ROOT
 
 PROGRAM = "symoro-elastic"
@@ -41,8 +43,24 @@ def _page(name: str, context: click.Context) -> str:
         rows = [_row(*record) for one in command.get_params(own) if (record := one.get_help_record(own))]
     # Paragraphs of help are separated by empty lines; \b marks those that are not to be wrapped.
     text = (command.help or "").replace("\b\n", "")
-    table = ["| option | |", "|---|---|", *rows] if rows else []
-    return "\n".join([f"# {name}", "", f"`{PROGRAM} {name} {usage}`", "", escaped(text), "", *table, ""])
+    table = ["| option | meaning |", "|---|---|", *rows] if rows else []
+    shown = [f"# {name}", "", f"`{PROGRAM} {name} {usage}`", "", escaped(text), "", *_example(name), *table, ""]
+    return "\n".join(shown)
+
+
+def _example(name: str) -> Iterator[str]:
+    """The first call of a command in a guide, with a link to that: one that runs, else one in its text."""
+    texts = {guide.stem: guide.read_text(encoding="utf-8") for guide in sorted((ROOT / "docs").glob("*.md"))}
+    lines = [(guide, x) for guide, text in texts.items() for run in runs(text) for x in _lines(run.text)]
+    lines += [(guide, x) for guide, text in texts.items() for x in re.findall(rf"`({PROGRAM} [^`]+)`", text)]
+    for guide, line in lines:
+        if line.split()[:2] == [PROGRAM, name]:
+            yield from ("```sh", line, "```", "", f"From [{guide}](../{guide}.md).", "")
+            return
+
+
+def _lines(text: str) -> Iterator[str]:
+    yield from (" ".join(line.split()) for line in text.replace("\\\n", " ").splitlines())
 
 
 def _row(names: str, text: str) -> str:
@@ -51,6 +69,5 @@ def _row(names: str, text: str) -> str:
 
 def escaped(text: str) -> str:
     """Return a text in which Markdown finds no markup."""
-    for sign in "*_[]<>":
-        text = text.replace(sign, chr(92) + sign)
-    return text
+    text = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([*_\[\]])", r"\\\1", text)

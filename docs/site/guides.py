@@ -67,7 +67,7 @@ def topics(text: str) -> Iterator[tuple[str, str]]:
 
 
 def commands(text: str) -> dict[str, list[str]]:
-    """Return the commands that make the pictures of a page, with the names of these."""
+    """Return the commands that make the pictures of a page, with their names."""
     found: dict[str, list[str]] = {}
     for command, name, _ in MADE.findall(text):
         into = f"--picture plots/{name}" if command.startswith("show ") else "--plots plots --plot-format svg"

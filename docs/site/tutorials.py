@@ -15,7 +15,7 @@ FOLDER = ROOT / "docs" / "tutorials"
 
 
 def tutorials(work: Path) -> Iterator[tuple[str, str | bytes]]:
-    """Yield the page, the notebook and the pictures of each tutorial; they run beside the examples."""
+    """Yield the page, the notebook and the pictures of each tutorial; they run in the folder of the examples."""
     import jupytext
     import nbformat
     from nbclient import NotebookClient

@@ -44,8 +44,8 @@ np.abs(again - qdd).max()
 # %% [markdown]
 # ## A loop of 1 kHz
 #
-# Computed torque: the model cancels inertia, gravity and friction; what is left are double integrators, closed here
-# with 10 Hz. The motor of the third joint gives 5 % less than it is told.
+# Computed torque: the model cancels inertia, gravity and friction; double integrators remain, closed here
+# with 10 Hz. The motor of the third joint gives 5 % less than commanded.
 
 # %%
 w, h = 2 * np.pi * 10, 1e-3

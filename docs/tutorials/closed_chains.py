@@ -18,7 +18,7 @@ machine
 # %% [markdown]
 # ## Which joints follow
 #
-# Four motors move it; the other joints follow in closed form, so the models take the positions of the motors only.
+# Four motors move it; the other joints follow in closed form, so the models need the positions of the motors only.
 
 # %%
 model = se.load(machine, "inverse_dynamics", "direct_dynamics")

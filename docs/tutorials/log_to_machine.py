@@ -15,7 +15,7 @@ machine = se.read("examples/planar_2r.toml")
 machine
 
 # %% [markdown]
-# ## A motion that tells
+# ## An exciting motion
 #
 # A sum of harmonics whose coefficients make the equations well conditioned, within limits of positions, velocities and
 # accelerations.
@@ -46,8 +46,8 @@ log |= {f"tau_{name}": tau[:, k] for k, name in enumerate(["shoulder", "elbow"])
 # %% [markdown]
 # ## Identification
 #
-# Velocities and accelerations come from filtered positions, standard deviations from what is left. Parameters that the
-# motion cannot tell apart are grouped; each line says how sure it is.
+# Velocities and accelerations come from filtered positions, standard deviations from the residuals. Parameters that the
+# motion cannot distinguish are grouped; each line has a standard deviation.
 
 # %%
 found = se.identify(machine, log)

@@ -36,7 +36,7 @@ ladder
 ladder.plot("rungs")
 
 # %% [markdown]
-# The sentence below the table says what to take. Each rung that is chosen was simulated beside the whole machine.
+# The sentence below the table is the advice. Every chosen model was simulated together with the full machine.
 
 # %%
 print(ladder.parts()[-1])

@@ -11,7 +11,12 @@ not looked at.
 
 import numpy as np
 
-from . import _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics, _runtime
+
+_DIGEST = 796971012  # of the files of this package: those of another run are not imported
+for _file in (_direct_dynamics, _inverse_dynamics, _runtime):
+    if getattr(_file, "_DIGEST", None) != _DIGEST:
+        raise ImportError(f"planar_2r: {_file.__file__} is of another run of symoro-elastic: generate all files again")
 
 JOINTS = ("shoulder", "elbow")
 MOTORS = (0, 1)

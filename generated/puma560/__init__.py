@@ -11,7 +11,12 @@ not looked at.
 
 import numpy as np
 
-from . import _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics, _runtime
+
+_DIGEST = 476191822  # of the files of this package: those of another run are not imported
+for _file in (_direct_dynamics, _inverse_dynamics, _runtime):
+    if getattr(_file, "_DIGEST", None) != _DIGEST:
+        raise ImportError(f"puma560: {_file.__file__} is of another run of symoro-elastic: generate all files again")
 
 JOINTS = ("j1", "j2", "j3", "j4", "j5", "j6")
 MOTORS = (0, 1, 2, 3, 4, 5)

@@ -12,7 +12,12 @@ not looked at.
 
 import numpy as np
 
-from . import _direct_dynamics, _inverse_dynamics
+from . import _direct_dynamics, _inverse_dynamics, _runtime
+
+_DIGEST = 354700140  # of the files of this package: those of another run are not imported
+for _file in (_direct_dynamics, _inverse_dynamics, _runtime):
+    if getattr(_file, "_DIGEST", None) != _DIGEST:
+        raise ImportError(f"sr400: {_file.__file__} is of another run of symoro-elastic: generate all files again")
 
 JOINTS = ("waist", "shoulder", "wrist_1", "wrist_2", "wrist_3", "crank")
 # Joints whose variables follow from those of JOINTS by loops, and the joints of all motors.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import product
 from typing import TYPE_CHECKING
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import kept_machine
-from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.foundation.errors import InputError, reported_places
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
@@ -26,7 +25,7 @@ USUAL_SPEEDS = (1000.0, 20_000.0, 200)
 
 @operation(Controlling)
 def control(machine: MachineLike, options: Controlling) -> Control:
-    """Return margins, bandwidths and what limits each gain of the drives of a machine; finds gains that are sought.
+    """Return margins, bandwidths and limits of the gains of a machine's drives; computes gains to be tuned.
 
     Raises
     ------
@@ -34,35 +33,26 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         Where the machine has no drives, for gains that are sought and that nothing limits, for modes without damping
         where gains are sought, and without equilibrium.
     """
-    from symoro_elastic.analysis.control.control import control_at
+    from symoro_elastic.analysis.control.control import control_at, gains_by_rules
     from symoro_elastic.analysis.control.driven_machine import measured_positions
-    from symoro_elastic.analysis.control.rules import ruled
-    from symoro_elastic.analysis.control.tuning import Distances
+    from symoro_elastic.analysis.control.tuning import Distances, Tuning
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
-    kept = kept_machine(machine, options.scene)
-    measured = measured_positions(kept)
-    with placed({"--output": "--compliance"}):
-        motion = motion_of(kept, dict(options.values), (), (*options.compliances, *measured))
+    scene_machine = kept_machine(machine, options.scene)
+    measured = measured_positions(scene_machine)
+    with reported_places({"--output": "--compliance"}):
+        motion = motion_of(scene_machine, dict(options.values), (), (*options.compliances, *measured))
     states = _states(options.along, options.at, motion)
     distances = Distances(options.modulus, options.position_modulus)
-    with placed({"--output": "--compliance"}):
-        found = control_at(
-            motion,
-            states,
-            distances,
-            options.damping,
-            options.tune or options.optimum,
-            options.compliances,
-            options.progress,
-            options.optimum,
-        )
-    return replace(found, rules=ruled(found.plants, found.cascades)) if options.rule else found
+    tuning = Tuning(distances, options.tune or options.optimum, options.optimum)
+    with reported_places({"--output": "--compliance"}):
+        result = control_at(motion, states, tuning, options.damping, options.compliances, options.progress)
+    return replace(result, rules=gains_by_rules(result.plants, result.cascades)) if options.rule else result
 
 
 @operation(Cutting)
 def lobes(machine: MachineLike, options: Cutting) -> Lobes:
-    """Return the depth of a cut up to which the tool's waves on the surface die out, by spindle speed.
+    """Return the largest depth of cut without regenerative chatter, by spindle speed.
 
     Loops of [drives] are closed, motors without a drive are held. With `across` it is that of milling, by the mean of
     the forces over a turn, and with `intervals` by forces that change as teeth turn. Raises `InputError`.
@@ -74,24 +64,23 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
     from symoro_elastic.analysis.control.lobes import lobes_at
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
-    kept = kept_machine(machine, options.scene)
+    scene_machine = kept_machine(machine, options.scene)
     cut = _cut(options)
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
-    refuse_wrong(cut, speeds, kept)
-    signals = (*cut.forces, *cut.deflections, *measured_positions(kept))
-    motion = motion_of(kept, dict(options.values), (), signals)
+    refuse_wrong(cut, speeds, scene_machine)
+    motion = motion_of(scene_machine, dict(options.values), (), (*cut.outputs, *measured_positions(scene_machine)))
     states = _states(options.along, options.at, motion)
     return lobes_at(motion, states, cut, speeds, options.damping, options.intervals, options.progress)
 
 
 def _cut(options: Cutting) -> Cut:
-    """Return the cut of these options; raises `InputError` for those of milling in turning, and the other way round."""
+    """Return the cut of the options; raises `InputError` for milling options in turning, and the reverse."""
     from symoro_elastic.analysis.control.cutting import Cut, Milling
 
     source, milling = "symoro-elastic", None
     if options.across is None:
-        given = {"--radial": options.radial, "--immersion": options.immersion, "--down": options.down or None}
-        for name in (name for name, value in given.items() if value is not None):
+        of_milling = {"--radial": options.radial, "--immersion": options.immersion, "--down": options.down or None}
+        for name in (name for name, value in of_milling.items() if value is not None):
             raise InputError(source, name, "belongs to milling: name the output across the feed by --across")
     else:
         if options.radial is None:
@@ -106,13 +95,8 @@ def _cut(options: Cutting) -> Cut:
 def _states(
     along: Mapping[str, Sequence[float]], at: Mapping[str, float], motion: EquationsOfMotion
 ) -> list[tuple[dict[str, float], State]]:
-    """Return the equilibria at all positions of a grid, with these; at the given one where there is no grid."""
-    from symoro_elastic.analysis.vibration.tracking import refuse_grid, refuse_twice, refuse_unheld
+    """Return the equilibria at all positions of a grid, or at the stated position."""
+    from symoro_elastic.analysis.vibration.tracking import places_of
     from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
-    if along:
-        refuse_grid([len(positions) for positions in along.values()], motion.source)
-        refuse_unheld(motion, [*along], {})
-    refuse_twice(motion, along, at)
-    places = [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]
-    return [(place, equilibrium(motion, {**at, **place})) for place in places]
+    return [(place, equilibrium(motion, {**at, **place})) for place in places_of(motion, along, at)]

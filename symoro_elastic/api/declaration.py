@@ -1,6 +1,6 @@
 """Options of operations: each is declared once, as a field of a record.
 
-The command line makes its options of these fields, with their help and completion. `operation` makes keyword arguments
+The command line makes options from its fields, with their help and completion. `operation` makes keyword arguments
 of them, the signature and the section "Parameters" of the docstring; `read_options` reads them from a TOML file.
 """
 
@@ -19,6 +19,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, dataclass_transform, overload
 
 from symoro_elastic.api.kinds import COMMAND, FLAG, TEXT, Kind
+from symoro_elastic.api.quantities import UnitOf, convert, converted_by_name, has_unit
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
@@ -50,8 +51,10 @@ class Option:
     registry, which the shell completes, as it does those that `of_machine` returns of the machine. `metavar` is how
     its value is written on the command line; without one, and not a flag, Python alone has the option. `bare` is its
     value where the command line gives none. `formerly` are the names it had in the last version, of the command line
-    ("--rate", or "--quick=quick" for a flag that stood for a value) and of Python ("rates"). `in_python` follows in
-    the docstring alone. Numbers are within `least` and `most`, or `above` a bound.
+    ("--rate", or "--quick=quick" for a flag that stood for a value) and of Python ("rates"); `gone` are those of the
+    version before, which are refused by their present name. `in_python` follows in the docstring alone. Numbers with
+    units are converted to `unit`, or to that of the machine for a name; without one they are refused. Numbers are
+    within `least` and `most`, or `above` a bound.
     """
 
     meaning: str
@@ -61,7 +64,9 @@ class Option:
     of_machine: Callable[[Machine], Iterable[str]] | None = None
     bare: str = ""
     formerly: tuple[str, ...] = ()
+    gone: tuple[str, ...] = ()
     in_python: str = ""
+    unit: str | UnitOf | None = None
     least: float | None = None
     above: float | None = None
     most: float | None = None
@@ -77,15 +82,15 @@ class Option:
 
     @property
     def on_command_line(self) -> bool:
-        """Whether commands have it."""
+        """Whether commands have this option."""
         return bool(self.metavar) or self.kind is FLAG
 
     def refuse_beyond(self, x: Any) -> None:
         """Raise `InputError` for a number beyond the bounds, NaN included."""
         bounds = {"at least": self.least, "above": self.above, "at most": self.most}
-        given = {word: bound for word, bound in bounds.items() if bound is not None}
-        if isinstance(x, Real) and not all(HOLDS[word](x, bound) for word, bound in given.items()):
-            wanted = " and ".join(f"{word} {bound:g}" for word, bound in given.items())
+        bounded = {word: bound for word, bound in bounds.items() if bound is not None}
+        if isinstance(x, Real) and not all(HOLDS[word](x, bound) for word, bound in bounded.items()):
+            wanted = " and ".join(f"{word} {bound:g}" for word, bound in bounded.items())
             raise InputError(COMMAND, self.flag, f"{x!r} is out of range: give a number {wanted}")
 
     @property
@@ -94,8 +99,8 @@ class Option:
         text = self._with_names()
         return f"{text.removesuffix('.')}; may be repeated." if self.kind.many else text
 
-    def described(self, arguments: Mapping[str, str]) -> str:
-        """Return the text of docstrings, with `arguments` by option in the place of options."""
+    def docstring_text(self, arguments: Mapping[str, str]) -> str:
+        """Return the text of docstrings, with `arguments` by option in place of options."""
         text = f"{self._with_names()} {self.in_python}".rstrip()
         return WRITTEN.sub(lambda option: arguments.get(option[0], option[0]), text)
 
@@ -108,11 +113,11 @@ class Option:
 def flag(name: str, is_repeated: bool = False) -> str:
     """Return the option of a name; one that may be repeated is in the singular."""
     singular = f"{name[:-3]}y" if name.endswith("ies") else name.removesuffix("s")
-    return f"--{singular if is_repeated else name}".replace("_", "-")
+    return f"--{singular if is_repeated else name}".rstrip("_").replace("_", "-")
 
 
 def option(default: Any, metavar: str, meaning: str, kind: Kind = TEXT, **more: Any) -> Any:
-    """Return a field of a dataclass that holds an option; one without default, `...`, must be given."""
+    """Return a field of a dataclass with an option; one without default, `...`, is required."""
     return _field(Option(meaning, metavar, kind, **more), default)
 
 
@@ -142,11 +147,14 @@ class Options:
     def __init_subclass__(cls, kw_only: bool = True) -> None:
         dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
 
-    def __init__(self, *args: Any, **given: Any) -> None:
-        values = _signature(type(self)).bind(*args, **given).arguments
+    def __init__(self, *args: Any, **keywords: Any) -> None:
+        values = Signature([*_parameters(type(self))]).bind(*args, **keywords).arguments
         for row in options(type(self)):
             default = dict(row.default) if isinstance(row.default, dict) else row.default
-            vars(self)[row.name] = values.get(row.name, default)
+            value = values.get(row.name, default)
+            if row.kind.has_numbers and not callable(row.unit):
+                value = convert(value, row.unit, row.flag)
+            vars(self)[row.name] = value
             row.refuse_beyond(vars(self)[row.name])
         self.__post_init__()
 
@@ -162,14 +170,14 @@ class Options:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        given = (f"{row.name}={getattr(self, row.name)!r}" for row in options(type(self)))
-        return f"{type(self).__name__}({', '.join(given)})"
+        entries = (f"{row.name}={getattr(self, row.name)!r}" for row in options(type(self)))
+        return f"{type(self).__name__}({', '.join(entries)})"
 
 
 def options(record: type[Any]) -> tuple[Option, ...]:
-    """Return the options of a record: those given by their place, its own, then those of its bases."""
+    """Return the options of a record: positional ones, its own, then those of its bases."""
     if record not in _OPTIONS:
-        rows = [_completed(one) for one in fields(record) if OPTION in one.metadata]
+        rows = [_option_of(item) for item in fields(record) if OPTION in item.metadata]
         rows.sort(key=lambda row: (row.is_keyword and row.name != MODELS, _depth(record, row.name)))
         _OPTIONS[record] = tuple(rows)
     return _OPTIONS[record]
@@ -178,31 +186,57 @@ def options(record: type[Any]) -> tuple[Option, ...]:
 _OPTIONS: dict[Any, tuple[Option, ...]] = {}
 
 
-def _completed(one: Field[Any]) -> Option:
-    """Return the option that a field holds, with its name and default."""
-    is_empty = one.default is MISSING and one.default_factory is MISSING
-    default = {} if one.default_factory is not MISSING else None if is_empty else one.default
-    row: Option = one.metadata[OPTION]
-    return replace(row, name=one.name, default=default, required=is_empty, is_keyword=bool(one.kw_only))
+def _option_of(item: Field[Any]) -> Option:
+    """Return the option of a field, with its name and default."""
+    is_empty = item.default is MISSING and item.default_factory is MISSING
+    default = {} if item.default_factory is not MISSING else None if is_empty else item.default
+    row: Option = item.metadata[OPTION]
+    return replace(row, name=item.name, default=default, required=is_empty, is_keyword=bool(item.kw_only))
 
 
 def _depth(record: type[Any], name: str) -> int:
-    """Return how far up in the bases of a dataclass a field comes from."""
+    """Return the index of the farthest base of a dataclass that has a field."""
     return max(k for k, base in enumerate(record.__mro__) if name in getattr(base, "__dataclass_fields__", ()))
 
 
-def part(record: Callable[..., O], whole: Any) -> O:
-    """Return those options of a record that another one has, as that one."""
-    return record(**{one.name: getattr(whole, one.name) for one in fields(record)})  # type: ignore[arg-type]
+def in_si_units(machine: Any, record: O) -> O:
+    """Return options whose values by name are numbers in the units that a machine, or its file, needs.
+
+    Raises `InputError`.
+    """
+    late = [row for row in options(type(record)) if callable(row.unit) and has_unit(vars(record)[row.name])]
+    parts = {name: x for name, x in vars(record).items() if isinstance(x, Options)}
+    if not late and not parts:
+        return record
+    from symoro_elastic.generation.pipeline import prepare_given
+    from symoro_elastic.machine.machine import Machine
+
+    described = prepare_given(machine) if late and not isinstance(machine, Machine) else machine
+    changed = {name: in_si_units(described, x) for name, x in parts.items()}
+    for row in late:
+        x = converted_by_name(vars(record)[row.name], row.unit, described, row.flag)  # type: ignore[arg-type]
+        again = row.kind.parse if row.kind.is_text and row.kind.parse else None
+        changed[row.name] = again([f"{name}={text}" for name, text in x.items()], row.flag) if again else x
+    copy: Any = object.__new__(type(record))
+    vars(copy).update({**vars(record), **changed})
+    return copy  # type: ignore[no-any-return]
 
 
-def renamed(record: type[Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments under the names that they have now; warns of former ones."""
+def part(record: Callable[..., O], source: Any) -> O:
+    """Return a record of the options that another record has, too."""
+    return record(**{item.name: getattr(source, item.name) for item in fields(record)})  # type: ignore[arg-type]
+
+
+def under_present_names(record: type[Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments under their present names; warns of former ones, refuses those of the version before."""
+    gone = {old: row.name for row in options(record) for old in row.gone if not old.startswith("-")}
+    for old in arguments.keys() & gone.keys():
+        raise TypeError(f"{old} is now {gone[old]}")
     former = {old: row.name for row in options(record) for old in row.formerly if not old.startswith("-")}
-    for old in given.keys() & former.keys():
+    for old in arguments.keys() & former.keys():
         what = f"{old} is now {former[old]}: the former name goes with the next version"
         warnings.warn(what, DeprecationWarning, stacklevel=outside())
-    return {former.get(name, name): x for name, x in given.items()}
+    return {former.get(name, name): x for name, x in arguments.items()}
 
 
 def outside() -> int:
@@ -221,11 +255,12 @@ def operation(
 
     def decorate(function: Callable[[M, O], R]) -> Callable[Concatenate[M, P], R]:
         @wraps(function)
-        def called(machine: M, *args: P.args, **kwargs: P.kwargs) -> R:
-            return function(machine, record(*args, **renamed(record, kwargs)))  # type: ignore[arg-type]
+        def wrapper(machine: M, *args: P.args, **kwargs: P.kwargs) -> R:
+            options = record(*args, **under_present_names(record, kwargs))  # type: ignore[arg-type]
+            return function(machine, in_si_units(machine, options))
 
-        made: Any = _described(called, record, meaning)
-        return made  # type: ignore[no-any-return]
+        wrapped: Any = _with_signature(wrapper, record, meaning)
+        return wrapped  # type: ignore[no-any-return]
 
     return decorate
 
@@ -250,18 +285,19 @@ def operation_on_models(record: Callable[P, O]) -> Callable[[Callable[[M, O], R]
 
     def decorate(function: Callable[[M, O], R]) -> OfModels[M, P, R]:
         @wraps(function)
-        def called(machine: M, *models: str, **given: Any) -> R:
-            given = renamed(record, given)  # type: ignore[arg-type]
-            return function(machine, record(**{**given, MODELS: models or given.get(MODELS, ())}))  # type: ignore[call-arg]
+        def wrapper(machine: M, *models: str, **keywords: Any) -> R:
+            keywords = under_present_names(record, keywords)  # type: ignore[arg-type]
+            options = record(**{**keywords, MODELS: models or keywords.get(MODELS, ())})  # type: ignore[call-arg]
+            return function(machine, in_si_units(machine, options))
 
-        made: Any = _described(called, record, MACHINE, MODELS)
-        return made  # type: ignore[no-any-return]
+        wrapped: Any = _with_signature(wrapper, record, MACHINE, MODELS)
+        return wrapped  # type: ignore[no-any-return]
 
     return decorate
 
 
-def _described(function: Any, record: Any, machine: str, models: str = "") -> Any:
-    """Return a function with the signature and the docstring that follow from the options of a record.
+def _with_signature(function: Any, record: Any, machine: str, models: str = "") -> Any:
+    """Return a function with the signature and the docstring of the options of a record.
 
     It does not lead to the function that it wraps: programs that write documentation would show that one's signature.
     """
@@ -275,12 +311,8 @@ def _described(function: Any, record: Any, machine: str, models: str = "") -> An
     return function
 
 
-def _signature(record: type[Any]) -> Signature:
-    return Signature([*_parameters(record)])
-
-
 def _parameters(record: type[Any], models: str = "") -> Iterator[Parameter]:
-    types = {one.name: one.type for one in fields(record)}
+    types = {item.name: item.type for item in fields(record)}
     for row in options(record):
         if row.name == models:
             yield Parameter(MODELS, Parameter.VAR_POSITIONAL, annotation="str")
@@ -305,13 +337,13 @@ def with_parameters(text: str, record: type[Any], machine: str = MACHINE) -> str
     ]
     for row in rows:
         lines.append(f"{row.name} : {row.kind.shape}" if row.kind.shape else row.name)
-        lines += wrap(row.described(arguments), WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
+        lines += wrap(row.docstring_text(arguments), WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
     before, raises, after = cleandoc(text).partition(RAISES)
     return "\n".join([before.rstrip(), "", *lines, "", f"{raises}{after}"]).rstrip() + "\n"
 
 
 def read_options(path: str | Path, record: type[Any]) -> dict[str, Any]:
-    """Return the options of a record that a TOML file gives, by name; raises `InputError`."""
+    """Return the options of a record in a TOML file, by name; raises `InputError`."""
     from symoro_elastic.formats.files import load_text
     from symoro_elastic.formats.toml.tables import load
 

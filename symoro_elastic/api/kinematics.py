@@ -12,14 +12,15 @@ from symoro_elastic.api.loaded import LoadedModel, load
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Locating
 from symoro_elastic.api.rows import MachineLike
-from symoro_elastic.foundation.errors import placed
+from symoro_elastic.foundation.errors import reported_places
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.scene import COMPONENTS, RequestedPart
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.singularities.singularities import Singularities
 
 UNKNOWN = 0.2, 0.9
-"""Values between these stand for parameters that have none, where a position is looked for."""
+"""Bounds of random values of parameters without value, in the search for a position."""
 
 
 @operation(Locating)
@@ -28,7 +29,7 @@ def singularities(machine: MachineLike, options: Locating) -> Singularities:
 
     As many components of the twist of the frame as joints that move them are taken: all that some joint changes, or
     those named, as in "tool.x", "tool.y" (Khalil and Dombre 2002, 5.3). Each factor is a condition on the joint
-    variables; at such a position the result names the joints that move the components alike, and the motion lost.
+    variables; at such a position the result names the joints that are dependent there, and the lost motion.
 
     Raises
     ------
@@ -43,25 +44,26 @@ def singularities(machine: MachineLike, options: Locating) -> Singularities:
         singular_positions,
     )
 
-    whole = the_machine(machine)
-    asked = [*options.components] or [whole.joints[-1].name]
-    frame = str(replace(RequestedPart.parse(asked[0]), component=""))
-    symbols, numbers = {"jacobian_determinant": asked}, {"inverse_jacobian": asked, "jacobian": [frame]}
-    with placed({"--only, jacobian_determinant": "--component"}):
-        symbolic = load(whole, *symbols, only=symbols, scene=options.scene, backend="sympy")
-    model = load(whole, *numbers, only=numbers, scene=options.scene)
+    full = the_machine(machine)
+    frames = FrameNames(full)
+    components = [*options.components] or [frames.name(frames.of_row(len(full.joints)))]
+    frame = str(replace(RequestedPart.parse(components[0]), component=""))
+    symbols, numbers = {"jacobian_determinant": components}, {"inverse_jacobian": components, "jacobian": [frame]}
+    with reported_places({"--only, jacobian_determinant": "--component"}):
+        symbolic = load(full, *symbols, only=symbols, scene=options.scene, backend="sympy")
+    model = load(full, *numbers, only=numbers, scene=options.scene)
     (inverse,) = (f.results[0] for f in model.package.functions if f.name == "inverse_jacobian")
     names = [axis.name for axis in model.package.axes]
     rows, columns = map(COMPONENTS.index, inverse.columns), map(names.index, inverse.rows)
     variables = dict(axis.unit.split(", ") for axis in model.package.axes)
-    task = Task(whole.label, variables, inverse.rows, tuple(f"{frame}.{x}" for x in inverse.columns), _values(model))
+    task = Task(full.label, variables, inverse.rows, tuple(f"{frame}.{x}" for x in inverse.columns), _values(model))
     samples = Samples(model.jacobian, tuple(rows), tuple(columns), task)
     determinant, positions = singular_positions(symbolic.jacobian_determinant()[0], task, samples)
-    return Singularities(whole.name, task.components, inverse.rows, str(determinant), latex(determinant), positions)
+    return Singularities(full.name, task.components, inverse.rows, str(determinant), latex(determinant), positions)
 
 
 def _values(model: LoadedModel) -> dict[str, float]:
-    """Values of the parameters; those of a robot of usual size for parameters that have none."""
+    """Values of the parameters, typical ones of robots for parameters without value."""
     parameters = model.package.parameters
     lengths = np.linspace(*UNKNOWN, len(parameters))
     return {p.name: x if np.isnan(p.value) else p.value for p, x in zip(parameters, lengths.tolist(), strict=True)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial, wraps
@@ -17,22 +16,22 @@ from symoro_elastic.api.machines import the_machine, warn
 from symoro_elastic.api.options import Loading
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import scene_for
-from symoro_elastic.codegen.compile import CompiledPackage, compile_package
+from symoro_elastic.codegen.compile import CompilationFailed, CompiledPackage, compile_package
+from symoro_elastic.codegen.extension import FLAGS, extension_functions
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.real_numbers import real_numbers
-from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.results import Part, Shown
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.numerics.verification.implementations import import_package
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
 Loader: TypeAlias = Callable[[Package, ModuleType, Path], Functions]
-OPTIMISED = ("-O2", "-ffp-contract=off")
 
 
 class LoadedModel(Shown):
@@ -43,29 +42,37 @@ class LoadedModel(Shown):
     are on joints that follow from loops there are `MOTOR_NAMES` instead. Leading axes broadcast; p defaults to the
     machine's values, others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model
     on numbers of any library. Arguments are real numbers: complex ones, text, dates and masked ones are a `TypeError`
-    on every backend. A model pickles as machine, scene and backend, and is compiled anew where the pickle is read.
+    on every backend. Functions of backend "c" write results to `out`, an array or a tuple of arrays. A model pickles as
+    machine, scene and backend, and is compiled anew where the pickle is read.
     `close()`, or the end of a `with` block, closes its library.
     """
 
     def __init__(self, machine: Machine, scene: Scene, backend: str | ModuleType) -> None:
-        """Trace, render and load the models that a scene asks of a machine; raises `InputError`."""
+        """Trace, render and load the models that a scene requests; raises `InputError`."""
         load_functions = _loader(backend)
         self._request = machine, scene, backend
         self._package = package = programs(machine, scene).package
-        with tempfile.TemporaryDirectory(prefix="symoro_elastic_") as folder:
+        with temporary_folder() as folder:
             self._module = import_package(render_numpy(package), Path(folder, "numpy"))
             self._module._runtime.real = real_numbers  # refuses text, dates and masks as other backends do
             self._functions = dict(load_functions(package, self._module, Path(folder, "c")))
-        self._is_closed = False
+        vars(self).update(self._functions)  # at hand without a call of __getattr__
 
     def close(self) -> None:
         """Close the functions, and the library of compiled ones; calls raise `ValueError` from now on.
 
-        A library is closed too when its model is not held any more; until then it keeps memory maps of the process.
+        A library is unloaded when none of its functions is referred to any more; until then it keeps memory maps of
+        the process.
         """
-        for function in self._functions.values():
-            getattr(function, "close", lambda: None)()
-        self._is_closed = True
+        for name, function in self._functions.items():
+            if hasattr(function, "closed"):
+                function.closed = self._refusal
+            self._functions[name] = getattr(self._module, name, function)
+            vars(self).pop(name, None)
+
+    @property
+    def _refusal(self) -> str:
+        return f"the model of {self.name} is closed: load it again"
 
     def __enter__(self) -> LoadedModel:
         """Return the model, which is closed at the end of the block."""
@@ -79,7 +86,7 @@ class LoadedModel(Shown):
         machine, scene, backend = self._request
         if not isinstance(backend, str | ModuleType):
             raise TypeError(f"{backend!r} is not a module: models on it cannot be pickled")
-        return _loaded, (machine, scene, backend if isinstance(backend, str) else _Library(backend.__name__))
+        return _load_again, (machine, scene, backend if isinstance(backend, str) else _Library(backend.__name__))
 
     @property
     def name(self) -> str:
@@ -97,7 +104,7 @@ class LoadedModel(Shown):
         return f"Model of {self.name}: {', '.join(self._functions)}; {len(self._package.axes)} coordinates"
 
     def parts(self) -> list[Part]:
-        """Return what it is, and the arguments and results of each function."""
+        """Return a description, and the arguments and results of the functions."""
         return [self.headline, *(f"{name}{_summary(function)}" for name, function in self._functions.items())]
 
     @property
@@ -110,21 +117,17 @@ class LoadedModel(Shown):
         if name.startswith("_"):
             raise AttributeError(name)
         if name in self._functions:
-            if self._is_closed:
-                raise ValueError(f"the model of {self.name} is closed: load it again")
-            return self._functions[name]
+            raise ValueError(self._refusal)
         try:
             return getattr(self._module, name)
         except AttributeError:
             raise AttributeError(self._missing(name)) from None
 
     def _missing(self, name: str) -> str:
-        """Return why there is no such function or constant."""
+        """Return why a function or constant is missing."""
         if name == "MOTORS":
             named = ", ".join(self._package.motor_names)
-            return (
-                f"{self.name} has no 'MOTORS': tau follows MOTOR_NAMES ({named}), of which not all have an entry of q"
-            )
+            return f"{self.name} has no 'MOTORS': tau follows MOTOR_NAMES ({named}), and some have no entry of q"
         return f"{self.name} has no {name!r}: it was loaded with {', '.join(self._functions)}"
 
     def __dir__(self) -> list[str]:
@@ -149,10 +152,10 @@ def load(machine: MachineLike, options: Loading) -> LoadedModel:
         For an unknown name, for a machine whose model would divide by zero, without a C compiler or a package.
     """
     _loader(options.backend)
-    if options.steps and options.backend != "numpy":
-        raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
-    whole = the_machine(machine)
-    return LoadedModel(whole, scene_for(whole, options, options.steps), options.backend)
+    if options.steps and options.backend not in ("numpy", "c"):
+        raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy" or backend="c"')
+    full = the_machine(machine)
+    return LoadedModel(full, scene_for(full, options, options.steps), options.backend)
 
 
 @dataclass(frozen=True)
@@ -162,19 +165,21 @@ class _Library:
     name: str
 
 
-def _loaded(machine: Machine, scene: Scene, backend: str | _Library) -> LoadedModel:
+def _load_again(machine: Machine, scene: Scene, backend: str | _Library) -> LoadedModel:
     """Return the models of a pickle, loaded anew."""
     return LoadedModel(machine, scene, backend if isinstance(backend, str) else import_module(backend.name))
 
 
 def _loader(backend: str | ModuleType) -> Loader:
-    """Return what makes functions for a backend; raises `InputError` for an unknown name."""
+    """Return the function that loads a backend; raises `InputError` for an unknown name."""
     if not isinstance(backend, str):
         name = getattr(backend, "__name__", "")
         return BACKENDS[name] if name in BACKENDS else partial(_on_library, backend)
     if backend not in BACKENDS:
-        known = ", ".join(BACKENDS)
-        what = f"there is no {backend!r}: choose from {known}, or give the module of an array library, backend=torch"
+        names = ", ".join(BACKENDS)
+        what = (
+            f"unknown backend {backend!r}: choose from {names}, or give the module of an array library, backend=torch"
+        )
         raise InputError("symoro-elastic", "--backend", what)
     return BACKENDS[backend]
 
@@ -186,34 +191,32 @@ def _of_module(package: Package, module: ModuleType, _: Path) -> Functions:
     return {name: getattr(module, name) for name in own if name in models or name.startswith("step_")}
 
 
-def _compiled(package: Package, module: ModuleType, folder: Path) -> Functions:
-    """Return the functions in C, with the docstrings of those in numpy; raises `InputError` without a compiler."""
-    from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
-
+def _compile(package: Package, module: ModuleType, folder: Path) -> Functions:
+    """Return the functions in C, with the docstrings of the numpy functions; raises `InputError` without a compiler."""
+    described = _of_module(package, module, folder)
     try:
-        code = compile_package(package, folder, render_c_batch(package), flags=OPTIMISED)
-    except (CompilerMissing, CompilationFailed) as error:
-        raise InputError("symoro-elastic", "--backend", str(error)) from None
-    return {f.name: _in_c(code, package, f, getattr(module, f.name)) for f in package.functions}
+        return extension_functions(package, folder, described)
+    except CompilationFailed as error:
+        warn(f'backend="c" calls C by ctypes, which takes longer, and time steps on numpy: {error.what}')
+        code = compile_package(package, folder, flags=FLAGS)
+        return {**described, **{f.name: _by_ctypes(code, package, f, described[f.name]) for f in package.functions}}
 
 
-def _in_c(
+def _by_ctypes(
     code: CompiledPackage, package: Package, function: Function, described: Callable[..., Any]
 ) -> Callable[..., Any]:
-    """Return one compiled function with the arguments of the one in numpy."""
-    names = tuple(package.inputs(function))
-
+    """Return a compiled function with the arguments of that in numpy, called by ctypes."""
     signature = inspect.signature(described)
 
     @wraps(described)
-    def call(*given: Any, **named: Any) -> Any:
-        if named or not len(names) - 1 <= len(given) <= len(names):
-            signature.bind(*given, **named)
-        by_name = code.call(function.name, **dict(zip(names, given, strict=False)), **named)
+    def call(*args: Any, **named: Any) -> Any:
+        if call.closed:  # type: ignore[attr-defined]
+            raise ValueError(call.closed)  # type: ignore[attr-defined]
+        by_name = code.call(function.name, **signature.bind(*args, **named).arguments)
         results = tuple(by_name.values())
         return results if len(results) > 1 else results[0]
 
-    call.close = code.close  # type: ignore[attr-defined]
+    call.closed = ""  # type: ignore[attr-defined]
     return call
 
 
@@ -246,7 +249,7 @@ def _on_library(library: Any, package: Package, module: ModuleType, _: Path) -> 
 
 BACKENDS: Mapping[str, Loader] = {
     "numpy": _of_module,
-    "c": _compiled,
+    "c": _compile,
     "casadi": _on_casadi,
     "jax": _on_jax,
     "sympy": _on_sympy,

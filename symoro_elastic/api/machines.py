@@ -14,15 +14,13 @@ from symoro_elastic.api.rows import READABLE, MachineLike, Values
 from symoro_elastic.formats import write_machine
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.format import Conversion
-from symoro_elastic.formats.toml.reading import machine_of
-from symoro_elastic.formats.toml.starting import STARTS, starting_text
-from symoro_elastic.formats.toml.tables import table_of
-from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
+from symoro_elastic.foundation.errors import InputError, among, printable
+from symoro_elastic.foundation.input_files import examples
 from symoro_elastic.foundation.output_files import permission, write_text
-from symoro_elastic.foundation.shipped import examples
 from symoro_elastic.generation import pipeline
+from symoro_elastic.machine.constants import SECTIONS
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.freed import SECTIONS
 from symoro_elastic.machine.left_out_parts import PARTS, without
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
@@ -31,16 +29,16 @@ NO_VALUES: Values = {}
 
 
 class MachineWarning(UserWarning):
-    """Something in a machine that is allowed but rarely intended."""
+    """A warning about a machine that is valid but probably not intended."""
 
 
 def warn(line: str) -> None:
     """Issue a `MachineWarning` that points to the line of the user's program."""
-    warnings.warn(line, MachineWarning, stacklevel=outside())
+    warnings.warn(printable(line), MachineWarning, stacklevel=outside())
 
 
 class ReadingWithWarnings(Reading):
-    """What `read` takes."""
+    """Options of `read`."""
 
     warn: Callable[[str], None] = argument(
         warn, "Called with each warning about what is allowed but rarely intended; by default a `MachineWarning`."
@@ -62,17 +60,9 @@ def read(machine: str | Path | Mapping[str, Any] | Any, options: ReadingWithWarn
         If the file is not a valid machine; the message names the file, the joint, the key and the remedy.
     """
     base, free, warn = options.base, among(options.free, SECTIONS, "--free"), options.warn
-    if isinstance(machine, Mapping):
-        return pipeline.prepare_machine(machine_of(table_of(machine, "machine")), warn, base=base, free=free)
-    if hasattr(machine, "links"):
-        return pipeline.prepare_machine(pipeline.read_robot(machine), warn, base=base, free=free)
-    if not isinstance(machine, str | Path):
-        kind = type(machine).__name__
-        what = f"{kind} is not a machine: give a file, its tables as dictionaries, or a robot with links"
-        raise InputError("symoro-elastic", "machine", what)
     _refuse_springs(options.elastic)
     conversion = Conversion.of(options.snap, options.elastic or {})
-    return pipeline.prepare(machine, warn, base=base, free=free, conversion=conversion)
+    return pipeline.prepare_given(machine, warn, base=base, free=free, conversion=conversion)
 
 
 def _refuse_springs(elastic: Any) -> None:
@@ -81,17 +71,17 @@ def _refuse_springs(elastic: Any) -> None:
         return
     if not isinstance(elastic, Mapping):
         raise InputError("symoro-elastic", "--elastic", f'{elastic!r} gives no stiffness: write {{"elbow": 1e4}}')
-    for name, given in elastic.items():
-        numbers = [given] if isinstance(given, Real) else given
+    for name, spring in elastic.items():
+        numbers = [spring] if isinstance(spring, Real) else spring
         if isinstance(numbers, str) or not all(isinstance(x, Real) for x in numbers):
-            what = f"{name}: {given!r} is neither a stiffness nor a stiffness and an inertia of the rotor"
+            what = f"{name}: {spring!r} is neither a stiffness nor a stiffness and an inertia of the rotor"
             raise InputError("symoro-elastic", "--elastic", what)
 
 
 def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> DescribedMachine:
-    """Return a machine that is given in any form, with these values of parameters."""
-    whole = DescribedMachine.of(machine) if isinstance(machine, Machine) else read(machine)
-    return with_values(whole, dict(values)) if values else whole
+    """Return a machine passed in any form, with these values of parameters."""
+    described = DescribedMachine.of(machine) if isinstance(machine, Machine) else read(machine)
+    return with_values(described, dict(values)) if values else described
 
 
 def write(
@@ -107,21 +97,31 @@ def write(
     neutral), "loops" (their joints without motors are driven), "wrenches", "backlash", "creep", "sharing"; a
     `MachineWarning` names the joints, and notes of the file do.
     """
-    kept, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
+    reduced, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
     with permission(force=force):
-        lost = write_machine(kept.with_notes(*kept.origin.remarks, *remarks), path, like)
+        lost = write_machine(reduced.with_notes(*reduced.origin.remarks, *remarks), path, like)
     for remark in (*remarks, *filter(None, [lost])):
         warn(remark)
     return Path(path)
 
 
 def new(
-    path: str | Path, kind: str = "arm", *, brief: bool = False, example: str = "", force: bool = False
+    path: str | Path,
+    kind: str = "arm",
+    *,
+    full: bool = False,
+    example: str = "",
+    axes: str = "",
+    screws: str = "",
+    force: bool = False,
 ) -> DescribedMachine:
-    """Write a commented .toml file to start a machine from, and return the machine in it.
+    """Write a .toml file to start a machine from, and return the machine in it.
 
-    `kind` is "arm", "cartesian", "elastic" (a drive with a spring), "floating" (a flying base) or "linkage" (a gear
-    and a closed loop). The machine has the name of the file. `brief` leaves out comments and what is not needed.
+    `kind` is "arm", "cartesian", "elastic" (a drive with a spring), "floating" (a flying base), "gantry", "linkage" (a
+    gear and a closed loop), "lathe", "mill" (slides on ball screws) or "scara"; `axes`, as "X Y Z", are slides instead,
+    from the frame to the tool, and `screws`, as "20mm", the pitch of elastic ball screws that drive them. Most have
+    limits, and drives whose gains `tune` finds. The machine has the name of the file. `full` adds all other tables and
+    keys as comments.
     `example` is the name of a machine that comes with the package, of which a copy is written: "two_axis", ...
     """
     among((kind,), [*STARTS], "--kind")
@@ -132,7 +132,7 @@ def new(
         file, text = file.with_suffix(source.suffix), load_text(source)
     else:
         pipeline.refuse_name(file.stem, "NAME")
-        text = starting_text(file.stem, kind, brief)
+        text = starting_text(file.stem, start_of_axes(axes, screws) if axes else kind, full)
     with permission(force=force):
         write_text(text, file)
     return read(file)

@@ -17,13 +17,14 @@ from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.machine.checks import parameter_values
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
-    from symoro_elastic.analysis.identification.identified import Identified
-    from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory
     from symoro_elastic.analysis.time_series.measurements import Measurements
     from symoro_elastic.analysis.time_series.preparation import Preparation
-    from symoro_elastic.analysis.updating.updated import Updated
     from symoro_elastic.machine.machine import Machine
+    from symoro_elastic.measured.logs.friction_laws import FrictionLaws
+    from symoro_elastic.measured.logs.identified import Identified
+    from symoro_elastic.measured.logs.result import Identification
+    from symoro_elastic.measured.logs.trajectory import ExcitingTrajectory
+    from symoro_elastic.measured.vibration_tests.updated import Updated
 
 
 @operation(Exciting)
@@ -38,24 +39,26 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     InputError
         For a machine without motors, or limits that leave no room for a motion.
     """
-    from symoro_elastic.analysis.identification import trajectory
-    from symoro_elastic.analysis.identification.excitation import excite as optimized
-    from symoro_elastic.analysis.identification.fourier_motion import Started
-    from symoro_elastic.numerics.independent_joints import with_independent_motors
+    from symoro_elastic.measured.logs import trajectory
+    from symoro_elastic.measured.logs.excitation import ExcitationSettings
+    from symoro_elastic.measured.logs.excitation import excite as optimized
+    from symoro_elastic.measured.logs.fourier_motion import Started
+    from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 
     driven, rate = with_independent_motors(the_machine(machine)), options.sample_rate
     trajectory.refuse_without_motors(driven)
     velocity, acceleration = _up_to(options.velocity), _up_to(options.acceleration)
-    given = {"--position": _of_all(options.position), "--velocity": velocity, "--acceleration": acceleration}
-    limits = trajectory.limits_of(driven, given)
+    ranges = {"--position": _of_all(options.position), "--velocity": velocity, "--acceleration": acceleration}
+    limits = trajectory.limits_of(driven, ranges)
     trajectory.refuse_rate(rate, options.fundamental, options.harmonics, options.periods, len(driven.motors))
     _refuse_unknown(options.values, driven)
-    best = optimized(
-        driven, limits, options.fundamental, options.harmonics, options.values, tuple(options.known),
-        evaluations=options.evaluations, seed=options.seed,
-        progress=lambda done, total, _: options.progress(done, total), box=options.workspace, payloads=options.payload,
-        laws=_laws(options, driven), seek=tuple(options.seek),
+    settings = ExcitationSettings(
+        options.harmonics, options.values, tuple(options.known), tuple(options.seek), options.workspace,
+        options.payload, _laws(options, driven), evaluations=options.evaluations, seed=options.seed,
     )  # fmt: skip
+    best = optimized(
+        driven, limits, options.fundamental, settings, lambda done, total, _: options.progress(done, total)
+    )
     sampled = trajectory.trajectory(Started(best.motion, best.start, options.periods), rate)
     return trajectory.ExcitingTrajectory(driven, best, sampled, limits, dict(options.payload))
 
@@ -70,8 +73,8 @@ def _of_all(ranges: Ranges | Range) -> dict[str, Range]:
 
 def _up_to(largest: Values | Ranges | float) -> dict[str, Range]:
     """Return limits of a rate by motor as ranges."""
-    each: Mapping[str, Any] = largest if isinstance(largest, Mapping) else {"": largest}
-    return {name: x if isinstance(x, tuple) else (-float(x), float(x)) for name, x in each.items()}
+    by_motor: Mapping[str, Any] = largest if isinstance(largest, Mapping) else {"": largest}
+    return {name: x if isinstance(x, tuple) else (-float(x), float(x)) for name, x in by_motor.items()}
 
 
 @operation(Identifying)
@@ -83,18 +86,19 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     InputError
         For records without torques or without excitation, and for gaps that leave no piece long enough.
     """
-    from symoro_elastic.analysis.identification.identified import Identified
-    from symoro_elastic.analysis.identification.identify import identify as fit
-    from symoro_elastic.analysis.identification.validation import validation_of
     from symoro_elastic.analysis.time_series.preparation import Preparation
-    from symoro_elastic.numerics.independent_joints import with_independent_motors
+    from symoro_elastic.measured.logs.identified import Identified
+    from symoro_elastic.measured.logs.identify import LogSettings
+    from symoro_elastic.measured.logs.identify import identify as fit
+    from symoro_elastic.measured.logs.validation import validation_of
+    from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 
     of_file, records, values = the_machine(machine), options.records, dict(options.values)
     driven = with_independent_motors(of_file)
     prepare = options.preparation or Preparation(options.after, options.before, options.resample, options.gains)
     prepare.refuse(driven)
     _refuse_unknown(values, driven)
-    known = _values_of(options.known)
+    fixed = _values_of(options.known)
     among((options.offsets,), SEEKING, "--offsets")
     among((options.delay,), SEEKING, "--delay")
     trust, laws = _trust(options), _laws(options, driven, options.temperatures)
@@ -102,18 +106,37 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
         raise InputError("symoro-elastic", "--records", "no record is given: give a file, or columns by name")
-    several = [records] if isinstance(records, str | Path | Mapping) else records
-    read = tuple(_record(one, driven, prepare) for one in several)
-    other = None if options.validate is None else _record(options.validate, driven, prepare)
-    seek = options.offsets, options.delay
-    result = fit(
-        driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust, laws,
-        options.robust, behind, tuple(options.seek),
+    several = [records] if isinstance(records, str | Path | Mapping) else list(records)
+    lists = [source for source in several if not isinstance(source, Mapping) and Path(source).suffix == ".toml"]
+    several = [source for source in several if source not in lists] if lists else several
+    if lists and not several:
+        raise InputError(str(lists[0]), "records", "vibration tests without a log: use update for tests alone")
+    measured = tuple(_record(source, driven, prepare, options.columns) for source in several)
+    other = None if options.validate is None else _record(options.validate, driven, prepare, options.columns)
+    settings = LogSettings(
+        values, fixed, tuple(options.seek), tuple(behind), options.bandwidth,
+        offsets=options.offsets, delay=options.delay, trust=trust, laws=laws, robust=options.robust,
+        is_evidence=bool(lists),
     )  # fmt: skip
+    result = fit(driven, measured, settings, options.announce)
     checked = validation_of(result, other) if other else None
-    known = {**dict.fromkeys(behind, 0.0), **known}
-    ways = *seek, tuple(behind), options.robust
-    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *ways)
+    joint = _joint_fit(of_file, result, values, lists, options) if lists else None
+    return Identified(result, measured, of_file, settings, checked, joint)
+
+
+def _joint_fit(
+    machine: Machine, identified: Identification, values: Values, lists: Sequence[Any], options: Identifying
+) -> Updated:
+    """Return the fit to lists of vibration tests and the determined part of a log."""
+    from symoro_elastic.measured.joint import Log, fit_jointly
+    from symoro_elastic.measured.vibration_tests.measured import VibrationTests
+    from symoro_elastic.measured.vibration_tests.reading import read_tests
+    from symoro_elastic.measured.vibration_tests.updated import Settings
+
+    several = [read_tests(path, machine) for path in lists]
+    tests = tuple(test for listed in several for test in listed.tests)
+    notes = tuple(note for listed in several for note in listed.notes)
+    return fit_jointly(machine, Log(identified, values), VibrationTests(tests, notes), Settings(), options.announce)
 
 
 def _rows(names: Sequence[str], machine: Machine, option: str) -> list[int]:
@@ -124,7 +147,7 @@ def _rows(names: Sequence[str], machine: Machine, option: str) -> list[int]:
 
 
 def _link_side(options: Identifying, machine: Machine) -> list[str]:
-    """Return labels of what a torque behind the transmission does not show."""
+    """Return labels of the parameters that a load-side torque does not contain."""
     from symoro_elastic.machine.labels import ParameterLabels
 
     labels = ParameterLabels(machine)
@@ -133,8 +156,8 @@ def _link_side(options: Identifying, machine: Machine) -> list[str]:
 
 
 def _laws(options: Identifying | Exciting, machine: Machine, changing: bool = False) -> FrictionLaws:
-    """Return the laws of friction that are asked for, and those that the file has."""
-    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws, laws_of_file
+    """Return the laws of friction: requested ones, and those of the file."""
+    from symoro_elastic.measured.logs.friction_laws import FrictionLaws, laws_of_file
 
     for name, velocity in options.stribeck.items():
         if not (math.isfinite(velocity) and velocity > 0):
@@ -158,7 +181,7 @@ def _orders(cogging: Values, machine: Machine) -> dict[int, float]:
 
 
 def _trust(options: Identifying) -> float | None:
-    """Return how far the file may be from the truth; None where bodies may be impossible."""
+    """Return the relative error of initial values; None without physical constraints."""
     if options.possible:
         return math.inf if options.trust is None else options.trust
     if options.trust is not None:
@@ -166,24 +189,27 @@ def _trust(options: Identifying) -> float | None:
     return None
 
 
-def _values_of(known: Mapping[str, float | None]) -> dict[str, float]:
-    """Return the values of known parameters; raises `InputError` for one without."""
-    for label, x in known.items():
+def _values_of(fixed: Mapping[str, float | None]) -> dict[str, float]:
+    """Return the values of fixed parameters; raises `InputError` for one without."""
+    for label, x in fixed.items():
         if x is None:
             raise InputError("symoro-elastic", "--known", f"{label} has no value here: give {label}=X")
-    return {label: x for label, x in known.items() if x is not None}
+    return {label: x for label, x in fixed.items() if x is not None}
 
 
-def _record(record: Record, machine: Machine, prepare: Preparation) -> Measurements:
-    """Return the measurements in a file, or in arrays by name."""
+def _record(record: Record, machine: Machine, prepare: Preparation, names: Mapping[str, str]) -> Measurements:
+    """Return the measurements in a file, or in arrays by name, with renamed columns."""
     import numpy as np
 
-    from symoro_elastic.analysis.time_series.measurements import measurements_of, read_measurements
+    from symoro_elastic.analysis.time_series.measurements import measurements_of, read_columns, renamed_columns
 
-    if not isinstance(record, Mapping):
-        return read_measurements(record, machine, prepare)
-    columns = {name: np.asarray(x, dtype=float) for name, x in record.items()}
-    return measurements_of(columns, machine, "records", prepare)
+    source = "records" if isinstance(record, Mapping) else str(record)
+    columns: Mapping[str, Any] = (
+        {name: np.asarray(x, dtype=float) for name, x in record.items()}
+        if isinstance(record, Mapping)
+        else read_columns(record, machine, may_be_empty=True)
+    )
+    return measurements_of(renamed_columns(columns, names, source), machine, source, prepare)
 
 
 def _refuse_unknown(values: Values, machine: Machine) -> None:
@@ -192,28 +218,28 @@ def _refuse_unknown(values: Values, machine: Machine) -> None:
 
 @operation(Updating)
 def update(machine: MachineLike, options: Updating) -> Updated:
-    """Return springs, dampers and masses estimated from vibration tests, with verdicts and what the tests cannot tell.
+    """Return springs, dampers and masses estimated from vibration tests, with verdicts and undetermined parameters.
 
     Raises
     ------
     InputError
         For wrong tests, signals that do not exist, and responses with the opposite sign.
     """
-    from symoro_elastic.analysis.updating.measured import VibrationTest, VibrationTests
-    from symoro_elastic.analysis.updating.reading import read_tests
-    from symoro_elastic.analysis.updating.updated import Settings
-    from symoro_elastic.analysis.updating.updated import update as fit
+    from symoro_elastic.measured.vibration_tests.measured import VibrationTest, VibrationTests
+    from symoro_elastic.measured.vibration_tests.reading import read_tests
+    from symoro_elastic.measured.vibration_tests.updated import Settings
+    from symoro_elastic.measured.vibration_tests.updated import update as fit
 
-    of_file, given = the_machine(machine, options.values), options.tests
+    of_file, of_options = the_machine(machine, options.values), options.tests
     options.announce("read")
-    if isinstance(given, str | Path):
-        given = read_tests(given, of_file)
-    whole = given if isinstance(given, VibrationTests) else VibrationTests(tuple(given))
-    if other := [one for one in whole.tests if not isinstance(one, VibrationTest)]:
+    if isinstance(of_options, str | Path):
+        of_options = read_tests(of_options, of_file)
+    listed = of_options if isinstance(of_options, VibrationTests) else VibrationTests(tuple(of_options))
+    if other := [entry for entry in listed.tests if not isinstance(entry, VibrationTest)]:
         raise InputError("symoro-elastic", "--tests", f"{other[0]!r} is not a vibration test: give a file, or tests")
-    among(tuple(options.predict), tuple(test.name for test in whole.tests), "--predict")
-    tests = [replace(test, validate=test.validate or test.name in options.predict) for test in whole.tests]
+    among(tuple(options.predict), tuple(test.name for test in listed.tests), "--predict")
+    tests = [replace(test, validate=test.validate or test.name in options.predict) for test in listed.tests]
     settings = Settings(
         tuple(options.seek), options.factor, options.mass_doubt, tuple(options.without), not options.plain
     )  # fmt: skip
-    return fit(of_file, tests, settings, options.announce, whole.notes)
+    return fit(of_file, tests, settings, options.announce, listed.notes)

@@ -1,4 +1,4 @@
-"""Models of machines: generate, check, certify, equations, trade."""
+"""Models of machines: generate, check, certify, equations, benchmark."""
 
 from __future__ import annotations
 
@@ -10,19 +10,18 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.declaration import operation, operation_on_models
-from symoro_elastic.api.hulls import limited
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Certifying, Checking, Generating, Trading, Writing
+from symoro_elastic.api.options import Certifying, Checking, Generating, Integrating, Trading, Writing
 from symoro_elastic.api.rows import BOXES, EFFORTS, MachineLike, Values, certified_names
 from symoro_elastic.api.scenes import SceneRequest, scene_for
-from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
+from symoro_elastic.codegen.compile import CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, SCALED_TARGETS, TARGET_NAMES, TARGETS
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
-from symoro_elastic.foundation.errors import InputError, among, placed
+from symoro_elastic.foundation.errors import InputError, among, reported_places
 from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 from symoro_elastic.foundation.output_files import permission, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
@@ -30,7 +29,7 @@ from symoro_elastic.generation import fmu, pipeline
 from symoro_elastic.generation.pipeline import Generated
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.within import EXACT
-from symoro_elastic.numerics.values import NoValues
+from symoro_elastic.numerics.evaluation.values import NoValues
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.trade_off.trade import Trade
@@ -41,9 +40,24 @@ if TYPE_CHECKING:
     from symoro_elastic.numerics.verification.verify import Verification
 
 
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from symoro_elastic.api.rows import OF_FILE, OF_SET_POINTS, SceneLike
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.limits import LIMITED, JointLimits, Limits, Range
+
+if TYPE_CHECKING:
+    from symoro_elastic.analysis.simulation.simulated import Simulation
+    from symoro_elastic.foundation.array_types import Array
+
+WIDENED = 1.1
+"""The hull of a motion is widened by this factor about its middle."""
+
+
 @operation_on_models(Generating)
 def generate(machine: MachineLike, options: Generating) -> Generated:
-    """Write code of a machine's models to `out/<machine name>/`, and return what was written with operation counts.
+    """Write code of a machine's models to `out/<machine name>/`, and return the files and operation counts.
 
     Raises
     ------
@@ -51,15 +65,15 @@ def generate(machine: MachineLike, options: Generating) -> Generated:
         If the input is invalid; nothing is written then.
     """
     build = build_of(options)
-    whole = the_machine(machine)
-    scene = replace(scene_for(whole, options, options.steps), merge_angles=options.merge_angles)
+    full = the_machine(machine)
+    scene = replace(scene_for(full, options, options.steps), merge_angles=options.merge_angles)
     with permission(force=options.force):
-        return build.written(whole, scene, options)
+        return build.written(full, scene, options)
 
 
 @dataclass(frozen=True)
 class Build:
-    """What code is generated, the compiler that reports on it, and the options of an FMU."""
+    """Targets of code, the compiler for the report, and the options of an FMU."""
 
     targets: tuple[str, ...]
     precisions: tuple[str, ...]
@@ -67,18 +81,18 @@ class Build:
     unit: fmu.Options
 
     def written(self, machine: DescribedMachine, scene: Scene, options: Generating) -> Generated:
-        """Write the models that a scene asks of a machine, and return what was written."""
+        """Write the models that a scene requests, and return the files and operation counts."""
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
-        machine = limited(machine, options.limits, options.scene)
-        with placed({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
-            return pipeline.generate(
-                machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
-                options.certify, options.progress,
-            )  # fmt: skip
+        machine = with_limits(machine, options.limits, options.scene)
+        with reported_places({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
+            unit = replace(self.unit, at=dict(options.start))
+            reports = options.announce, options.progress
+            how = pipeline.CodeOptions(precisions, self.tools, unit, options.certify, *reports)
+            return pipeline.generate(machine, scene, self.targets, Path(options.out), how)
 
 
 def build_of(options: Generating) -> Build:
-    """Return what to generate; raises `InputError` for unknown names, and options that exclude each other."""
+    """Return the build of options; raises `InputError` for unknown names, and for conflicting options."""
     targets = among(options.targets, TARGET_NAMES, "--target") or DEFAULT_TARGETS
     precisions = among(options.precisions, PRECISIONS, "--precision")
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in targets if name in TARGETS):
@@ -95,15 +109,15 @@ def build_of(options: Generating) -> Build:
 def options_of_unit(
     targets: Sequence[str], models: Sequence[str], fmi: int, start: Values, by_torque: bool
 ) -> fmu.Options:
-    """Return the options of an FMU; raises `InputError` for those that have no meaning with these targets."""
+    """Return the options of an FMU; raises `InputError` for options that these targets cannot use."""
     if fmi not in fmu.VERSIONS:
-        raise InputError(COMMAND, "--fmi", f"there is no {fmi!r}: choose from {', '.join(map(str, fmu.VERSIONS))}")
-    for given, option, what in (
+        raise InputError(COMMAND, "--fmi", f"unknown version {fmi!r}: choose from {', '.join(map(str, fmu.VERSIONS))}")
+    for value, option, what in (
         (start, "--start", "is where an FMU starts"),
         (fmi != fmu.VERSIONS[0], "--fmi", "is the version of an FMU"),
         (by_torque, "--by-torque", "leaves drives out of an FMU"),
     ):
-        if given and FMU not in targets:
+        if value and FMU not in targets:
             raise InputError(COMMAND, option, f"{what}: add --target {FMU}, or leave it out")
     if models and {*targets} == {FMU}:
         what = "an FMU has models of its own: leave it out, or add another target"
@@ -123,7 +137,7 @@ def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -
     try:
         return tool_chain(compiler, flags)
     except CompilerMissing as error:
-        raise InputError("symoro-elastic", "--compiler" if compiler else "--report", str(error)) from None
+        raise InputError("symoro-elastic", "--compiler" if compiler else "--report", error.what) from None
     except ValueError as error:
         place = "--compiler-flags" if str(error) == flags else "--compiler"
         raise InputError("symoro-elastic", place, f"{str(error)!r} has an unmatched quotation mark") from None
@@ -135,20 +149,20 @@ def check(machine: MachineLike, options: Checking) -> Verification:
 
     `ok` of the result says whether every error is within its bound. Raises `InputError` for what cannot be checked.
     """
-    whole = the_machine(machine)
+    full = the_machine(machine)
     try:
-        scene = scene_for(whole, options)
-        return pipeline.verify(whole, scene, seed=options.seed, announce=options.announce, progress=options.progress)
-    except (CompilationFailed, NoValues) as error:
-        raise InputError(whole.label, "check", str(error)) from None
+        scene = scene_for(full, options)
+        return pipeline.verify(full, scene, seed=options.seed, announce=options.announce, progress=options.progress)
+    except NoValues as error:
+        raise InputError(full.label, "check", str(error)) from None
 
 
 @operation_on_models(Certifying)
 def certify(machine: MachineLike, options: Certifying) -> Certificates:
-    """Return ranges and bounds on rounding errors of a machine's models where its joints are within their limits.
+    """Return ranges and bounds on rounding errors of a machine's models within its joint limits.
 
     Bounds are proven for all states in the box that the limits span, by intervals and running errors; where none is
-    found, the error is bounded at random states with a stated confidence, or said not to be bounded.
+    found, the error is bounded at random states with a stated confidence, or reported as not bounded.
 
     Raises
     ------
@@ -157,11 +171,11 @@ def certify(machine: MachineLike, options: Certifying) -> Certificates:
     """
     from symoro_elastic.numerics.guarantees.certificates import Effort
 
-    whole = limited(the_machine(machine), options.limits, options.scene)
+    full = with_limits(the_machine(machine), options.limits, options.scene)
     precisions = [PRECISIONS[name] for name in among(options.precisions, [*certified_names()], "--precision")]
     effort = Effort(options.sub_boxes, options.seed, options.progress, options.polynomials)
-    scene = scene_for(whole, options)
-    return pipeline.certificates(whole, scene, precisions or (DOUBLE,), effort, options.announce)
+    scene = scene_for(full, options)
+    return pipeline.certificates(full, scene, precisions or (DOUBLE,), effort, options.announce)
 
 
 @dataclass(frozen=True, repr=False)
@@ -234,16 +248,16 @@ def equations(machine: MachineLike, options: Writing) -> Equations:
 
     `model` is a name or a list of names: several are written on one page. Raises `InputError`.
     """
-    whole = the_machine(machine)
+    full = the_machine(machine)
     models = (options.model,) if isinstance(options.model, str) else tuple(options.model)
     models = tuple(name for name in dict.fromkeys(models) if name)
-    scene = SceneRequest(models, options.fold, options.only).of(whole, options.scene)
-    package = pipeline.programs(whole, scene, options.announce).package
-    return Equations(package, restrict(whole, scene), models or (package.functions[0].name,))
+    scene = SceneRequest(models, options.fold, options.only).of(full, options.scene)
+    package = pipeline.programs(full, scene, options.announce).package
+    return Equations(package, restrict(full, scene), models or (package.functions[0].name,))
 
 
 @operation_on_models(Trading)
-def trade(machine: MachineLike, options: Trading) -> Trade:
+def benchmark(machine: MachineLike, options: Trading) -> Trade:
     """Measure speed and accuracy of every way to build the models of a machine on this computer.
 
     `advice(tolerance)` of the result is the fastest build within a relative error. With `within` its `curves` are paths
@@ -254,18 +268,58 @@ def trade(machine: MachineLike, options: Trading) -> Trade:
     from symoro_elastic.analysis.trade_off.trade import trade as measured
     from symoro_elastic.foundation.progress import no_step_progress
 
-    whole = the_machine(machine)
+    full = the_machine(machine)
     among((options.effort,), EFFORTS, "--effort")
     among((options.limits,), BOXES, "--limits")
     try:
         request = Request(options.effort, options.states, options.extreme, options.rounds, options.seed)
-        scene = replace(scene_for(whole, options), merge_angles=options.merge_angles)
+        scene = replace(scene_for(full, options), merge_angles=options.merge_angles)
         watched, exact = options.watched or no_step_progress, replace(scene, within=EXACT)
         if not scene.within:
-            return measured(whole, exact, request, watched)
-        with placed({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
-            grids = grids_of(limited(whole, options.limits, options.scene), scene, watched("leave out"))
-        found = measured(whole, exact, request, watched)
-        return replace(found, curves=curves_of(grids, found.measurements))
-    except (CompilationFailed, NoValues) as error:
-        raise InputError(whole.label, "trade", str(error)) from None
+            return measured(full, exact, request, watched)
+        with reported_places({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
+            grids = grids_of(with_limits(full, options.limits, options.scene), scene, watched("leave out"))
+        points = measured(full, exact, request, watched)
+        return replace(points, curves=curves_of(grids, points.measurements))
+    except NoValues as error:
+        raise InputError(full.label, "benchmark", str(error)) from None
+
+
+def with_limits(machine: DescribedMachine, limits: str, scene: SceneLike) -> DescribedMachine:
+    """Return the machine with the requested limits; raises `InputError` for a scene without a motion."""
+    among((limits,), BOXES, "--limits")
+    if limits == OF_FILE:
+        return machine
+    from symoro_elastic.api.motions import plan, simulate
+
+    if limits == OF_SET_POINTS:
+        from symoro_elastic.analysis.ladder.feed_forward import operating_range
+
+        joints: Mapping[str, JointLimits] = operating_range(plan(machine, scene, Integrating()).references)
+    else:
+        joints = hull(simulate(machine, scene=scene))
+    return replace(machine, limits=Limits(joints, machine.limits.parameters))
+
+
+def hull(motions: Iterable[Simulation]) -> Mapping[str, JointLimits]:
+    """Return the ranges of all joints in some motions, by joint, widened by a tenth."""
+    ranges: dict[str, dict[str, Range]] = {}
+    for simulation in motions:
+        moving, motion = simulation.reference.machine, simulation.motion
+        columns = [(moving.independent, (motion.q, motion.qd, motion.qdd)), (moving.motors, (motion.tau,))]
+        for (numbers, arrays), names in zip(columns, (LIMITED[:3], LIMITED[3:]), strict=True):
+            for name, values in zip(names, arrays, strict=True):
+                for j, column in zip(numbers, values.T, strict=True):
+                    of = ranges.setdefault(moving.joint(j).name, {})
+                    of[name] = _hull_of(of.get(name), column)
+    return {joint: JointLimits(**{name: _widen(x) for name, x in of.items()}) for joint, of in ranges.items()}
+
+
+def _hull_of(before: Range | None, values: Array) -> Range:
+    low, high = float(values.min()), float(values.max())
+    return Range(min(low, before.low), max(high, before.high)) if before else Range(low, high)
+
+
+def _widen(x: Range) -> Range:
+    middle, half = x.low / 2 + x.high / 2, WIDENED * (x.high - x.low) / 2
+    return Range(middle - half, middle + half)

@@ -7,46 +7,10 @@ from dataclasses import KW_ONLY
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.api import kinds
+from symoro_elastic.api import kinds, rows
 from symoro_elastic.api.declaration import Options, argument, option, switch
-from symoro_elastic.api.rows import (
-    ANALYSES,
-    EFFORTS,
-    Gains,
-    Of,
-    Over,
-    Ranges,
-    SceneLike,
-    Values,
-    along_row,
-    announce_row,
-    at_row,
-    certified_names,
-    damping_row,
-    duration_row,
-    force_row,
-    form_names,
-    guaranteed_row,
-    keep_row,
-    limits_row,
-    merge_angles_row,
-    method_names,
-    model_names,
-    motion_row,
-    motors_or_all,
-    parameters_or_all,
-    precision_names,
-    progress_row,
-    sample_rate_row,
-    sampling_names,
-    scene_row,
-    seed_row,
-    start_row,
-    table_names,
-    target_names,
-    values_row,
-    within_row,
-)
+from symoro_elastic.api.quantities import of_gains, of_joints, of_parameters, of_signals, of_states
+from symoro_elastic.api.rows import Gains, Of, Over, Ranges, SceneLike, Values
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.array_types import Array
@@ -56,15 +20,15 @@ if TYPE_CHECKING:
 
 
 class Reading(Options):
-    """How a machine is read."""
+    """Options of reading a machine."""
 
     base: bool = switch("Group the inertial parameters: fewer operations, the same motion.")
     free: Sequence[str] = option(
         (), "TABLES", "Tables whose numbers stay parameters of generated code: {names}.", kinds.WORDS,
-        names=table_names,
+        names=rows.table_names,
     )  # fmt: skip
     snap: float | None = option(
-        None, "[TOL]", "Round angles of a robot within TOL (rad) to multiples of pi/12, and lengths within TOL (m) to "
+        None, "[TOL]", "Round angles within TOL (rad) to multiples of pi/12, and lengths of a robot within TOL (m) to "
         "zero (default 1e-9).", kinds.NUMBER, bare="1e-9",
     )  # fmt: skip
     elastic: Mapping[str, float | Sequence[float]] | None = option(
@@ -74,17 +38,17 @@ class Reading(Options):
 
 
 class Requested(Options):
-    """Models, constants and outputs that are added to those of a scene."""
+    """Models, constants and outputs in addition to those of a scene."""
 
     only: Mapping[str, Sequence[str]] | None = option(
         None, "MODEL=NAME", "Only this joint or frame of a model, as in 'jacobian=tool at (0.1, 0, L2) in base', or "
         "these columns of derivatives, as in 'direct_dynamics_parameter_derivatives by M1, K2'.", kinds.REQUESTS,
-        formerly=("outputs",),
+        gone=("outputs",),
     )  # fmt: skip
     fold: Sequence[str] = option(
-        (), "NAME|all", "Parameter that becomes a constant.", kinds.TEXTS, of_machine=parameters_or_all
+        (), "NAME|all", "Parameter that becomes a constant.", kinds.TEXTS, of_machine=rows.parameters_or_all
     )
-    scene: SceneLike = scene_row("of models, outputs, constants and locked joints")
+    scene: SceneLike = rows.scene_row("of models, outputs, constants and locked joints")
 
 
 class RequestedModels(Requested):
@@ -92,18 +56,20 @@ class RequestedModels(Requested):
 
     models: Sequence[str] = option(
         (), "NAME", "Model, as `symoro-elastic models` lists them (default: those of the scene, else direct_dynamics "
-        "and inverse_dynamics).", kinds.TEXTS, names=model_names,
+        "and inverse_dynamics).", kinds.TEXTS, names=rows.model_names,
     )  # fmt: skip
     form: str = option(
         "auto", "NAME", "Form of direct_dynamics: {names} (inertia: through the inertia matrix; auto: the one with "
-        "fewer operations, as accurate; where something is proven or left out, the recursion).", names=form_names,
+        "fewer operations, as accurate; where something is proven or left out, the recursion).", names=rows.form_names,
     )  # fmt: skip
 
 
 class Loading(RequestedModels):
     """Models that are loaded as functions."""
 
-    steps: Sequence[str] = argument((), "Time steps beside the models (numpy alone): {names}.", names=method_names)
+    steps: Sequence[str] = argument(
+        (), "Time steps in addition to the models (numpy and C): {names}.", names=rows.method_names
+    )
     backend: Any = argument(
         "numpy", '"numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang; "casadi": '
         'functions of CasADi; "jax": functions that JAX traces, differentiates and maps; "sympy": functions of '
@@ -112,168 +78,165 @@ class Loading(RequestedModels):
 
 
 class Locating(Options):
-    """What `singularities` takes."""
+    """Options of `singularities`."""
 
     components: Sequence[str] = option(
         (), "FRAME.X", "Component of the twist of a frame, as in tool.x, tool.rz or 'tool.x at (0.1, 0, L2) in base' "
         "(default: all of the last frame that some joint changes).", kinds.TEXTS,
     )  # fmt: skip
-    scene: SceneLike = scene_row("of locked joints and constants")
+    scene: SceneLike = rows.scene_row("of locked joints and constants")
 
 
 class Generating(RequestedModels):
-    """What is generated, and where it is written."""
+    """Targets of code and output files."""
 
     targets: Sequence[str] = option(
-        (), "NAME", "Target: {names} (default: numpy and c).", kinds.TEXTS, names=target_names
+        (), "NAME", "Target: {names} (default: numpy and c).", kinds.TEXTS, names=rows.target_names
     )
     out: str | Path = option("generated", "FOLDER", "Folder of generated machines.", kinds.OUTPUT_FOLDER)
     precisions: Sequence[str] = option(
-        (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=precision_names
+        (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=rows.precision_names
     )
-    within: str | float | Mapping[str, str | float] = within_row()
-    keep: str = keep_row()
-    guaranteed: str = guaranteed_row()
-    limits: str = limits_row()
+    within: str | float | Mapping[str, str | float] = rows.within_row()
+    keep: str = rows.keep_row()
+    guaranteed: str = rows.guaranteed_row()
+    limits: str = rows.limits_row()
     certify: bool = switch(
-        "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
-        "whether arguments are."
+        "Write error bounds that are valid within [limits] into the code, and a function *_in_box that checks the "
+        "arguments."
     )
     report: bool = switch("Compile the C, and report stack, size and instructions of each function.")
-    compiler: str = option(
-        "", "COMMAND", "Compiler of the report (default: that of this computer).", formerly=("--cc",)
-    )
-    compiler_flags: str = option(
-        "", "OPTIONS", "Its options, after -O2, as in '-mcpu=cortex-m7'.", formerly=("--cflags",)
-    )
+    compiler: str = option("", "COMMAND", "Compiler of the report (default: that of this computer).", gone=("--cc",))
+    compiler_flags: str = option("", "OPTIONS", "Its options, after -O2, as in '-mcpu=cortex-m7'.", gone=("--cflags",))
     fmi: int = option(2, "N", "Version of FMI of an FMU, 2 or 3.", kinds.WHOLE, least=2, most=3)
-    start: Values = start_row()
+    start: Values = rows.start_row()
     by_torque: bool = switch("Motors of an FMU are given by torques, without their [drives].")
-    merge_angles: float | None = merge_angles_row()
-    steps: Sequence[str] = argument((), "Time steps beside the models: {names}.", names=method_names)
-    force: bool = force_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    merge_angles: float | None = rows.merge_angles_row()
+    steps: Sequence[str] = argument((), "Time steps in addition to the models: {names}.", names=rows.method_names)
+    force: bool = rows.force_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Checking(RequestedModels):
-    """What is verified."""
+    """Options of `check`."""
 
-    seed: int = seed_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    seed: int = rows.seed_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Certifying(RequestedModels):
-    """What is guaranteed of models, and how closely."""
+    """Options of `certify`."""
 
     precisions: Sequence[str] = option(
-        (), "NAME", "Precision that is certified: {names} (default: double).", kinds.TEXTS, names=certified_names
+        (), "NAME", "Precision that is certified: {names} (default: double).", kinds.TEXTS, names=rows.certified_names
     )
-    limits: str = limits_row()
+    limits: str = rows.limits_row()
     sub_boxes: int = option(
-        64, "N", "Parts that the box is cut into at most; more make bounds smaller.", kinds.WHOLE, least=1, most=4096
+        64, "N", "Maximum number of sub-boxes; more give tighter bounds.", kinds.WHOLE, least=1, most=4096
     )
     polynomials: bool = switch(
-        "Bound errors and ranges of inverse models and inertia matrices by their coefficients, too: slower, and nearer."
+        "Also bound errors and ranges of inverse models and inertia matrices by coefficients: slower, but tighter."
     )
-    seed: int = seed_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    seed: int = rows.seed_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Writing(Requested, kw_only=False):
-    """Equations that are written out."""
+    """Options of `equations`."""
 
     model: Sequence[str] = option(
         (), "NAME", "Model to write out; several make one page (default: the first of the scene, else "
-        "direct_dynamics).", kinds.TEXTS, names=model_names,
+        "direct_dynamics).", kinds.TEXTS, names=rows.model_names,
     )  # fmt: skip
     _: KW_ONLY
-    announce: Announce = announce_row()
+    announce: Announce = rows.announce_row()
 
 
 class Trading(RequestedModels):
-    """Builds that are tried, and the states and rounds that they are measured in."""
+    """Builds to compare, and the states and rounds of their measurement."""
 
-    merge_angles: float | None = merge_angles_row()
+    merge_angles: float | None = rows.merge_angles_row()
     effort: str = option(
         "usual", "NAME", "Builds that are tried: {names} (quick: one compiler with its best flags; all: every "
-        "combination, however long it takes).", names=lambda: EFFORTS, formerly=("--quick=quick", "--all=all"),
+        "combination, however long it takes).", names=lambda: rows.EFFORTS, gone=("--quick=quick", "--all=all"),
     )  # fmt: skip
     extreme: bool = switch("Measure at extreme states instead of moderate ones.")
     states: int = option(
         20_000, "N", "States to measure errors at; more make the bound at other states tighter.", kinds.WHOLE,
         least=1, most=1_000_000,
     )  # fmt: skip
-    within: str | float | Mapping[str, str | float] = within_row()
-    keep: str = keep_row()
-    guaranteed: str = guaranteed_row()
-    limits: str = limits_row()
+    within: str | float | Mapping[str, str | float] = rows.within_row()
+    keep: str = rows.keep_row()
+    guaranteed: str = rows.guaranteed_row()
+    limits: str = rows.limits_row()
     rounds: int = option(15, "N", "Rounds of timing.", kinds.WHOLE, least=1, most=10_000)
-    seed: int = seed_row()
-    watched: StepProgress | None = argument(None, "Called with the name of a step; returns what counts its work.")
+    seed: int = rows.seed_row()
+    watched: StepProgress | None = argument(None, "Called with a step's name; returns a callback that counts its work.")
 
 
 class Drawing(Options):
-    """Where a machine is drawn."""
+    """Position of a drawn machine."""
 
-    at: Values = at_row()
-    scene: SceneLike = scene_row("of locked joints")
-    values: Values = values_row()
+    at: Values = rows.at_row()
+    scene: SceneLike = rows.scene_row("of locked joints")
+    values: Values = rows.values_row()
 
 
 class Viewing(Options, kw_only=False):
-    """What the page of a machine shows."""
+    """Contents of the page of a machine."""
 
-    scene: SceneLike = scene_row(
+    scene: SceneLike = rows.scene_row(
         "whose joints are locked, and whose [motion] is simulated and played (default: those of MACHINE)"
     )
     _: KW_ONLY
-    at: Values = at_row()
-    values: Values = values_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    at: Values = rows.at_row()
+    values: Values = rows.values_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Serving(Options):
-    """How the live page of a machine is served."""
+    """Address of the live page of a machine."""
 
-    port: int = option(
-        0, "N", "Port of this computer at which it is served (0: one that is free).", kinds.WHOLE, least=0, most=65535
-    )
+    port: int = option(0, "N", "TCP port (0: any free one).", kinds.WHOLE, least=0, most=65535)
 
 
 class Reporting(Options, kw_only=False):
-    """What the report of a machine is about."""
+    """Contents of the report of a machine."""
 
-    scene: SceneLike = scene_row("of locked joints, [motion] and [wanted]")
+    scene: SceneLike = rows.scene_row("of locked joints, [motion] and [wanted]")
     _: KW_ONLY
-    values: Values = values_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    values: Values = rows.values_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 # Vibration
 
 
 class OperatingPoint(Options):
-    """Where a machine is linearized, and which of its motors are held."""
+    """State about which a machine is linearized, and its held motors."""
 
-    at: Values = at_row(", or initial guess for another joint")
+    at: Values = rows.at_row(", or initial guess for another joint")
     torques: Values = option(
-        {}, "MOTOR=X", "Torque or force of a motor that is free to move to its equilibrium.", kinds.NUMBERS
+        {}, "MOTOR=X", "Torque or force of a motor that is free to move to its equilibrium.", kinds.NUMBERS,
+        unit=of_joints("torque"),
+    )  # fmt: skip
+    rates: Values = option(
+        {}, "JOINT=X", "Velocity of a joint, with --as-given.", kinds.NUMBERS, unit=of_joints("velocity")
     )
-    rates: Values = option({}, "JOINT=X", "Velocity of a joint, with --as-given.", kinds.NUMBERS)
-    as_given: bool = switch("Take --at, --rate and --torque as the state instead of an equilibrium.")
+    as_given: bool = switch("Use --at, --rate and --torque as the state instead of an equilibrium.")
     hold: Sequence[str] = option(
-        (), "MOTOR|all", "Motor that is held (default: motors are free).", kinds.TEXTS, of_machine=motors_or_all
+        (), "MOTOR|all", "Motor that is held (default: motors are free).", kinds.TEXTS, of_machine=rows.motors_or_all
     )
-    pd: Gains | None = option({}, "MOTOR=KP:KD", "Gains of a motor's position controller.", kinds.GAINS)
-    hover: bool = switch("Carry a floating base in place by a force and a moment of constant direction.")
+    pd: Gains | None = option({}, "MOTOR=KP:KD", "Gains of a motor's position controller.", kinds.GAINS, unit=of_gains)
+    hover: bool = switch("Balance a floating base by a force and a moment of constant direction.")
     thrusts: Mapping[str, float | None] | None = option(
         {}, "FRAME.fz[=X]", "Force or moment that turns with its frame and carries a floating base (fx ... mz, N or "
-        "N m; computed without X).", kinds.NUMBERS_OR_NONE,
+        "N m; computed without X).", kinds.NUMBERS_OR_NONE, unit=of_signals,
     )  # fmt: skip
 
 
@@ -292,148 +255,187 @@ class Signals(Options):
 class ParametersAndScene(Options):
     """Values of parameters, and a scene that locks joints."""
 
-    values: Values = values_row()
-    scene: SceneLike = scene_row("of locked joints")
+    values: Values = rows.values_row()
+    scene: SceneLike = rows.scene_row("of locked joints")
+
+
+class Evaluating(RequestedModels):
+    """What `evaluate` takes."""
+
+    at: Values = option(
+        {}, "JOINT=X", "Position of a joint, rad or m; with JOINT.qd its velocity, .qdd acceleration, .tau torque "
+        "(default 0).", kinds.NUMBERS, unit=of_states,
+    )  # fmt: skip
+    values: Values = rows.values_row()
+
+
+class Reaching(ParametersAndScene):
+    """What `ik` takes."""
+
+    frame: str = rows.frame_row()
+    position: Sequence[float] = option(
+        ..., "X,Y,Z", "Wanted position of the frame in frame 0, m.", kinds.POINT, unit="m"
+    )
+    orientation: Sequence[float] | None = option(
+        None, "A,B,C", "Wanted orientation: angles, rad, about the fixed axes x, y and z of frame 0, in this order "
+        "(default: free).", kinds.POINT, unit="rad",
+    )  # fmt: skip
+    at: Values = rows.at_row(": solutions near it come first")
+    starts: int = option(
+        30, "N", "Positions from which the search starts, within the limits.", kinds.WHOLE, least=1, most=1000
+    )
+    seed: int = rows.seed_row()
+
+
+class Yielding(ParametersAndScene):
+    """What `stiffness` takes."""
+
+    frame: str = rows.frame_row()
+    at: Values = rows.at_row(", or initial guess for another joint")
+    along: Mapping[str, Sequence[float]] = rows.along_row()
 
 
 class Placed(Options, kw_only=False):
     """An operating point given as one object."""
 
     point: OperatingPoint | None = argument(
-        None, "The operating point, instead of its options by name; those given beside it replace its own."
+        None, "The operating point as an object; options by name replace its entries."
     )
 
 
 class Linearizing(ParametersAndScene, Signals, OperatingPoint, Placed):
-    """What `linearize` takes."""
+    """Options of `linearize`."""
 
 
 class Oscillating(ParametersAndScene, OperatingPoint, Placed):
-    """What `modes` takes."""
+    """Options of `modes`."""
 
 
 class Controlling(ParametersAndScene):
-    """What `control` takes."""
+    """Options of `control`."""
 
     tune: bool = switch('Find all gains, not only those that the file calls "tuned".')
-    optimum: bool = switch("Find all gains together: the least peak of the compliances that these distances leave.")
+    optimum: bool = switch("Compute all gains together: the least peak compliance at these modulus margins.")
     rule: bool = switch("Also gains by published rules: amount and symmetrical optimum, Kv = 1/(4 T_v).")
     modulus: float = option(
-        0.5, "X", "Distance of velocity loops from instability, the least |1 + L|, for the largest gain.", kinds.NUMBER,
+        0.5, "X", "Modulus margin of velocity loops, the least |1 + L|, for the largest gain.", kinds.NUMBER,
         above=0, most=0.95,
     )  # fmt: skip
     position_modulus: float = option(
-        0.7, "X", "Distance of position loops from instability, for the largest gain.", kinds.NUMBER, above=0, most=0.95
+        0.7, "X", "Modulus margin of position loops, for the largest gain.", kinds.NUMBER, above=0, most=0.95
     )
-    damping: float = damping_row()
-    along: Mapping[str, Sequence[float]] = along_row()
-    at: Values = at_row(", or initial guess for another joint")
+    damping: float = rows.damping_row()
+    along: Mapping[str, Sequence[float]] = rows.along_row()
+    at: Values = rows.at_row(", or initial guess for another joint")
     compliances: Sequence[str] = option(
         (), "NAME", "Position whose displacement by a force there is computed: tool.x (default: x, y, z of the last "
         "fixed frame).", kinds.TEXTS,
     )  # fmt: skip
-    progress: Progress = progress_row()
+    progress: Progress = rows.progress_row()
 
 
 class Cutting(ParametersAndScene):
-    """What `lobes` takes."""
+    """Options of `lobes`."""
 
     direction: str = option(
         ..., "NAME", "Output along which the cutting force acts: tool.x, 'tool at (0.1, 0, L2).x'; in milling, along "
         "which the tool moves through the workpiece.", kinds.TEXT,
     )  # fmt: skip
     cutting: float = option(
-        ..., "K", "Cutting coefficient, N/m2: force per area of the chip (steel some 2e9).", kinds.NUMBER
+        ..., "K", "Cutting coefficient, N/m2: force per area of the chip (steel some 2e9).", kinds.NUMBER, unit="N/m2"
     )
     across: str | None = option(
         None, "NAME", "Milling: the output at right angles to --direction in the plane of the tool's teeth, which move "
         "from it to --direction (clockwise with x and y).", kinds.TEXT,
     )  # fmt: skip
     radial: float | None = option(
-        None, "K", "Milling: coefficient of the radial force, N/m2 (often a third of --cutting).", kinds.NUMBER, least=0
-    )
+        None, "K", "Milling: coefficient of the radial force, N/m2 (often a third of --cutting).", kinds.NUMBER,
+        least=0, unit="N/m2",
+    )  # fmt: skip
     immersion: float | None = option(
         None, "SHARE", "Milling: radial width of the cut over the diameter of the tool (default 1, a slot).",
-        kinds.NUMBER, above=0, most=1,
+        kinds.NUMBER, above=0, most=1, unit="",
     )  # fmt: skip
-    down: bool = switch("Milling: teeth leave the workpiece with the thinnest chip (default: they enter with it).")
+    down: bool = switch("Down (climb) milling (default: up milling).")
     intervals: int | None = option(
         None, "N", "Depths also by semi-discretization with N intervals between two teeth: forces that change as teeth "
         "turn (default: none).", kinds.WHOLE, least=4, most=2000,
     )  # fmt: skip
     thickness: str = option(
-        "", "NAME", "Output along which the chip gets thicker (default: that of the force).", kinds.TEXT
-    )
+        "", "NAME", "Output along which the chip gets thicker, -tool.y for the opposite sense (default: that of the "
+        "force).", kinds.TEXT,
+    )  # fmt: skip
     teeth: int = option(1, "N", "Teeth that pass a point of the workpiece in a turn.", kinds.WHOLE, least=1, most=1000)
     speeds: tuple[float, float, int] | None = option(
         None, "LOW:HIGH:COUNT", "Spindle speeds, turns per minute (default: 1000:20000:200).", kinds.SPEEDS
     )
-    damping: float = damping_row()
-    along: Mapping[str, Sequence[float]] = along_row()
-    at: Values = at_row(", or initial guess for another joint")
-    progress: Progress = progress_row()
+    damping: float = rows.damping_row()
+    along: Mapping[str, Sequence[float]] = rows.along_row()
+    at: Values = rows.at_row(", or initial guess for another joint")
+    progress: Progress = rows.progress_row()
 
 
 class Frequencies(Options):
     """Frequencies of a response, and damping that is added to it."""
 
     frequencies: Sequence[float] | Array | None = option(
-        (), "HZ", "Frequency, Hz, at which the magnitude of a response is computed.", kinds.LIST
+        (), "HZ", "Frequency, Hz, at which the magnitude of a response is computed.", kinds.LIST, unit="Hz"
     )
-    damping: float = damping_row()
+    damping: float = rows.damping_row()
 
 
 class Responding(Frequencies, ParametersAndScene, Signals, OperatingPoint, Placed):
-    """What `response` takes."""
+    """Options of `response`."""
 
     band: tuple[float, float, int] | None = option(
         None, "LOW:HIGH[:COUNT]", "Band of frequencies, Hz, on a logarithmic scale (default: around all poles).",
-        kinds.BAND, formerly=("--frequencies",),
+        kinds.BAND, gone=("--frequencies",),
     )  # fmt: skip
 
 
 class Comparing(Options, kw_only=False):
-    """What `compare` takes."""
+    """Options of `compare`."""
 
-    motion: str | Path | None = motion_row(
+    motion: str | Path | None = rows.motion_row(
         "Motion of all joints with torques, or of the motors alone (springs follow), .csv or .npz (default: a move)."
     )
     _: KW_ONLY
-    at: Values = at_row(", or initial guess for another joint")
-    values: Values = values_row()
+    at: Values = rows.at_row(", or initial guess for another joint")
+    values: Values = rows.values_row()
     ratios: Values = option(
         {}, "MOTOR=N", "Gear ratio: turns of the rotor per turn of its joint; couples them in the full model.",
         kinds.NUMBERS,
     )  # fmt: skip
-    stroke: float = option(0.1, "X", "Stroke of the move, of every motor, rad or m.", kinds.NUMBER)
-    duration: float | None = duration_row()
+    stroke: float = option(0.1, "X", "Stroke of the move, of every motor, rad or m.", kinds.NUMBER, unit=rows.POSITION)
+    duration: float | None = rows.duration_row()
     free_motors: bool = switch(
-        "Compute natural frequencies with free motors instead of held ones.", formerly=("--free", "free")
+        "Compute natural frequencies with free motors instead of held ones.", gone=("--free", "free")
     )
-    scene: SceneLike = scene_row("of locked joints")
-    progress: Progress = progress_row()
+    scene: SceneLike = rows.scene_row("of locked joints")
+    progress: Progress = rows.progress_row()
 
 
 class Following(Options, kw_only=False):
-    """What `feed_forward` takes."""
+    """Options of `feed_forward`."""
 
-    motion: str | Path | None = motion_row(
+    motion: str | Path | None = rows.motion_row(
         "Reference trajectory: .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions only (default: a move). "
         "Where motors follow from loops, as in a delta, y_<joint> of the independent joints."
     )
     _: KW_ONLY
     strokes: Values | float = option(
-        {}, "[MOTOR=]X", "Stroke of the move, rad or m (default: 0.1 for every motor).", kinds.NUMBERS_OR_DEFAULT
-    )
-    duration: float | None = duration_row()
-    start: Values = start_row()
+        {}, "[MOTOR=]X", "Stroke of the move, rad or m (default: 0.1 for every motor).", kinds.NUMBERS_OR_DEFAULT,
+        unit=rows.POSITION,
+    )  # fmt: skip
+    duration: float | None = rows.duration_row()
+    start: Values = rows.start_row()
     degree: int | None = option(
         None, "N", "Degree of the splines of a move, or through the positions of a file (default: one more than "
         "necessary).", kinds.WHOLE,
     )  # fmt: skip
-    sample_rate: float | None = sample_rate_row(None)
-    values: Values = values_row()
-    scene: SceneLike = scene_row("of locked joints")
+    sample_rate: float | None = rows.sample_rate_row(None)
+    values: Values = rows.values_row()
+    scene: SceneLike = rows.scene_row("of locked joints")
 
 
 # Motions
@@ -443,10 +445,10 @@ class EvenSteps(Options):
     """Even steps of a method."""
 
     method: str | None = option(
-        None, "NAME", "Method of even steps: {names} (default: the cheapest by prediction).", names=method_names
+        None, "NAME", "Method of even steps: {names} (default: the cheapest by prediction).", names=rows.method_names
     )
     step: float | None = option(
-        None, "S", "Step of a simulation, s (default: the longest that is accurate enough).", kinds.NUMBER
+        None, "S", "Step of a simulation, s (default: the longest that is accurate enough).", kinds.NUMBER, unit="s"
     )
 
 
@@ -455,75 +457,106 @@ class Integrating(EvenSteps):
 
     adaptive: bool = switch("Steps of scipy's DOP853 or Radau, adapted to the motion.")
     events: Values = option(
-        {}, "JOINT.q=X", "Event: a joint's position (.q) or velocity (.qd) crosses a level.", kinds.NUMBERS
+        {},
+        "JOINT.q=X",
+        "Event: a joint's position (.q) or velocity (.qd) crosses a level.",
+        kinds.NUMBERS,
+        unit=of_signals,
     )
     stop: bool = switch("End the motion at the first event.")
 
 
 class Simulating(Integrating, kw_only=False):
-    """What `simulate` takes."""
+    """Options of `simulate`."""
 
-    scene: SceneLike = scene_row("with [motion], or several, [wanted] and [scene] (default: those of MACHINE)")
+    scene: SceneLike = rows.scene_row("with [motion], or several, [wanted] and [scene] (default: those of MACHINE)")
     _: KW_ONLY
-    values: Values = values_row()
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    values: Values = rows.values_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Climbing(Options, kw_only=False):
-    """What `ladder` takes."""
+    """Options of `ladder`."""
 
-    scene: SceneLike = scene_row("with the tables [motion] and [wanted]")
+    scene: SceneLike = rows.scene_row("with the tables [motion] and [wanted]")
     _: KW_ONLY
     box: Ranges | None = option(
         {}, "JOINT=LOW:HIGH", "Range of positions at which the motion may start, rad or m.", kinds.RANGES,
-        formerly=("--from",),
+        gone=("--from",), unit=rows.POSITION,
     )  # fmt: skip
     starts: int = option(
-        20, "N", "Positions in the ranges of --box that are tried, a Latin hypercube.", kinds.WHOLE,
+        20, "N", "Start positions in the ranges of --box, a Latin hypercube.", kinds.WHOLE,
         least=1, most=1000,
     )  # fmt: skip
     budget: bool = switch(
         "Spend the tolerances on springs, numbers of bodies, steps and precision together, whichever saves the most "
         "operations for its error, and simulate the model at the end."
     )
-    announce: Announce = announce_row()
-    progress: Progress = progress_row()
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
+
+
+class Reducing(Options, kw_only=False):
+    """What `reduce` takes."""
+
+    scene: SceneLike = rows.scene_row("with the table [motion] (default: that of MACHINE)")
+    _: KW_ONLY
+    to: Values = option(
+        {}, "SIGNAL=X", "Tolerance of an output, tool.x=5um (default: those of [wanted]).", kinds.NUMBERS,
+        unit=of_signals,
+    )  # fmt: skip
+    for_: str = option(
+        "", "PURPOSE", "What the reduced model is for: {names} (default: both if motors are controlled).",
+        names=rows.purpose_names,
+    )  # fmt: skip
+    proven: bool = switch("Prove the torque errors over the operating range, instead of 95 % confidence.")
+    only: Sequence[str] = option(
+        (), "PART", "What may be left out: {names} (default: all).", kinds.TEXTS, names=rows.part_names
+    )
+    rate: float | None = option(
+        None, "HZ", "Rate of the controller: a period is a whole number of steps.", kinds.NUMBER, unit="Hz", above=0
+    )
+    announce: Announce = rows.announce_row()
+    progress: Progress = rows.progress_row()
 
 
 class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
-    """What `sweep` takes."""
+    """Options of `sweep`."""
 
     over: Over = option(
         {}, "NAME=VALUES", "Values of a parameter, of a number of the table (ram.stiffness, ram.k) or of a position "
         "(q.motor_x): LOW:HIGH:COUNT[,log] or X1,X2,...; with --samples LOW:HIGH[,log], normal:MEAN:DEVIATION or "
         "lognormal:MEDIAN:DEVIATION; tolerance[:COUNT] of a parameter, limits[:COUNT] of a position: as the machine "
-        "file has them.", kinds.AXES,
+        "file has them.", kinds.AXES, unit=of_parameters,
     )  # fmt: skip
     of: Of = option(
-        "modes", "NAME", "What is computed at each point: {names}.", names=lambda: ANALYSES,
+        "modes", "NAME", "Analysis at each point: {names}.", names=lambda: rows.ANALYSES,
         in_python="Or a function of the machine (and of the positions, a dictionary) that returns a dictionary of "
         "numbers.",
     )  # fmt: skip
     samples: int | None = option(None, "N", "Number of random points (instead of a grid).", kinds.WHOLE)
     sampling: str | None = option(
-        None, "NAME", "How points are drawn: latin (a Latin hypercube, default), random or sobol.", names=sampling_names
+        None,
+        "NAME",
+        "Sampling of points: latin (a Latin hypercube, default), random or sobol.",
+        names=rows.sampling_names,
     )
     seed: int | None = option(None, "N", "Random seed (default 0).", kinds.WHOLE)
     results: Sequence[str] = option(
         (), "NAME", "Result to keep, or a pattern such as 'frequency_*' (default: all).", kinds.TEXTS,
-        formerly=("--figure", "figures"),
+        gone=("--figure", "figures"),
     )  # fmt: skip
     require: Ranges = option(
         {}, "RESULT=LOW:HIGH", "Range that a result, or each of a pattern, is to be in ('*_modulus=0.4:'; LOW: or "
         ":HIGH): the share of points at which it is, of a sample with its interval of 95 % confidence.", kinds.BOUNDS,
     )  # fmt: skip
-    workers: int = option(1, "N", "Processes that compute points; 0 is one on each core.", kinds.WHOLE)
-    scheduler: str | None = option(None, "ADDRESS", "Dask scheduler whose workers compute points: tcp://host:8786.")
+    workers: int = option(1, "N", "Worker processes; 0: one per core.", kinds.WHOLE)
+    scheduler: str | None = option(None, "ADDRESS", "Dask scheduler for the points: tcp://host:8786.")
     journal: str | Path | None = argument(
         None, "A file to which each point is written when it is computed; a sweep that was interrupted goes on from "
-        "there. The file is left when it ends, and an equal sweep takes its results from there."
+        "there. The file stays at the end, and an equal sweep reads its results from it."
     )  # fmt: skip
-    values: Values = values_row()
-    scene: SceneLike = scene_row("with [motion] and [wanted], or of locked joints")
-    progress: Progress = progress_row()
+    values: Values = rows.values_row()
+    scene: SceneLike = rows.scene_row("with [motion] and [wanted], or of locked joints")
+    progress: Progress = rows.progress_row()

@@ -1,13 +1,15 @@
-"""What several operations are given: types of arguments, names of registries, rows of options that records share."""
+"""Shared parts of options: types of arguments, names of registries, rows that several records have."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import argument, option
+from symoro_elastic.api.quantities import of_joints, of_parameters
 from symoro_elastic.foundation.progress import announce_nothing, no_progress
 from symoro_elastic.machine.format_names import suffixes
 
@@ -33,52 +35,49 @@ Over: TypeAlias = "Mapping[str, AxisLike]"
 READABLE, WRITABLE = suffixes(), suffixes(written=True)
 """Suffixes of machine files."""
 
-# Names of registries, read when help is printed or the shell completes
+# Names of registries, imported when help is printed or the shell completes
 
 
-def model_names() -> Iterable[str]:
-    """Return the names of all models."""
-    from symoro_elastic.models.catalogue import MODELS
-
-    return MODELS
+def _names_of(module: str, registry: str) -> Callable[[], Iterable[str]]:
+    """Return a function that imports a registry and returns its names."""
+    return lambda: tuple(getattr(import_module(f"symoro_elastic.{module}"), registry))
 
 
-def target_names() -> Iterable[str]:
-    """Return the names of all targets."""
-    from symoro_elastic.codegen.targets import TARGET_NAMES
-
-    return TARGET_NAMES
-
-
-def form_names() -> Iterable[str]:
-    """Return the forms of direct_dynamics."""
-    from symoro_elastic.machine.scene import FORMS
-
-    return FORMS
+model_names = _names_of("models.programs.catalogue", "MODELS")
+target_names = _names_of("codegen.targets", "TARGET_NAMES")
+form_names = _names_of("machine.scene", "FORMS")
+kept_names = _names_of("machine.within", "Keep")
+guaranteed_names = _names_of("machine.within", "GUARANTEES")
+precision_names = _names_of("codegen.precision", "PRECISIONS")
+method_names = _names_of("codegen.integration.tableaus", "METHODS")
+table_names = _names_of("machine.constants", "SECTIONS")
+sampling_names = _names_of("analysis.sweeps.design", "SAMPLINGS")
+purpose_names = _names_of("analysis.ladder.reduced", "Purpose")
+part_names = _names_of("analysis.ladder.reduced", "Part")
 
 
 def certified_names() -> Iterable[str]:
-    """Return the precisions of C code that certificates are made for."""
+    """Return the precisions of C code with certificates."""
     from symoro_elastic.codegen.precision import PRECISIONS
 
     return [name for name, precision in PRECISIONS.items() if not precision.is_pair]
 
 
-OF_FILE, OF_MOTION = "file", "motion"
-BOXES = (OF_FILE, OF_MOTION)
+OF_FILE, OF_MOTION, OF_SET_POINTS = "file", "motion", "set-points"
+BOXES = (OF_FILE, OF_MOTION, OF_SET_POINTS)
 """Where the box of arguments may come from."""
 
 
 def limits_row() -> Any:
-    """Return the row of where the box of arguments comes from."""
+    """Return the option for the source of the box of arguments."""
     return option(
-        "file", "NAME", "Where the box comes from: {names} (file: the [limits] of the machine; motion: the hull of the "
-        "scene's motions, simulated, and a tenth more).", names=box_names,
+        "file", "NAME", "Operating range: {names} ([limits] of the machine; range of the simulated motions of the "
+        "scene, or of the set points of its motors, plus 10 %).", names=lambda: BOXES,
     )  # fmt: skip
 
 
 def within_row() -> Any:
-    """Return the row of tolerances of results."""
+    """Return the option for tolerances of results."""
     return option(
         {}, "[NAME=]TOL", "Leave out terms while results stay within TOL of the whole model as long as joints are "
         "within their [limits]: '1%' of the largest value, or a number in the unit of the result; for all, or of a "
@@ -87,61 +86,14 @@ def within_row() -> Any:
 
 
 def keep_row() -> Any:
-    """Return the row of what is left out."""
-    return option("", "NAME", "What is left out, with --within: {names} (default: terms).", names=kept_names)
+    """Return the option for the kind of reduction."""
+    return option("", "NAME", "Kind of reduction, with --within: {names} (default: terms).", names=kept_names)
 
 
 def guaranteed_row() -> Any:
-    """Return the row of what stands behind tolerances."""
-    what = "What stands behind --within: {names} (default: confident, at unseen states)."
+    """Return the option for the kind of guarantee."""
+    what = "Kind of guarantee of --within: {names} (default: confident, statistical at unseen states)."
     return option("", "NAME", what, names=guaranteed_names)
-
-
-def box_names() -> Iterable[str]:
-    """Return where the box of arguments may come from."""
-    return BOXES
-
-
-def kept_names() -> Iterable[str]:
-    """Return what of a model may be kept where terms are left out."""
-    from symoro_elastic.machine.within import Keep
-
-    return list(Keep)
-
-
-def guaranteed_names() -> Iterable[str]:
-    """Return what may stand behind a tolerance."""
-    from symoro_elastic.machine.within import Guaranteed
-
-    return list(Guaranteed)
-
-
-def precision_names() -> Iterable[str]:
-    """Return the precisions of C code."""
-    from symoro_elastic.codegen.precision import PRECISIONS
-
-    return PRECISIONS
-
-
-def method_names() -> Iterable[str]:
-    """Return the methods of even steps."""
-    from symoro_elastic.codegen.integration.methods import METHODS
-
-    return METHODS
-
-
-def table_names() -> Iterable[str]:
-    """Return the tables whose numbers may stay parameters."""
-    from symoro_elastic.machine.freed import SECTIONS
-
-    return SECTIONS
-
-
-def sampling_names() -> Iterable[str]:
-    """Return the ways of drawing points."""
-    from symoro_elastic.analysis.sweeps.design import SAMPLINGS
-
-    return SAMPLINGS
 
 
 def motors_or_all(machine: Machine) -> Iterable[str]:
@@ -158,93 +110,110 @@ SEEKING = ("auto", "always", "never")
 EFFORTS = ("quick", "usual", "all")
 ANALYSES = ("modes", "response", "control", "ladder", "simulation")
 
+POSITION = of_joints("position")
+
 # Rows that several operations share
 
 
 def scene_row(meaning: str) -> Any:
-    """Return the row of a scene."""
+    """Return the option for a scene."""
     return option(None, "FILE", f"Scene: TOML file {meaning}.", kinds.SCENE)
 
 
+def frame_row() -> Any:
+    """Return the row of one frame."""
+    return option(
+        "", "NAME", "Frame, or a point of its body: 'tool at (0.1, 0, L2)' (default: the last fixed one).",
+        of_machine=frame_names,
+    )  # fmt: skip
+
+
+def frame_names(machine: Machine) -> Iterable[str]:
+    """Return the names of the frames of a machine."""
+    from symoro_elastic.machine.frames import FrameNames
+
+    return FrameNames(machine).own
+
+
 def values_row() -> Any:
-    """Return the row of values of parameters."""
-    return option({}, "NAME=X", "Value of a parameter.", kinds.NUMBERS)
+    """Return the option for values of parameters."""
+    return option({}, "NAME=X", "Value of a parameter.", kinds.NUMBERS, unit=of_parameters)
 
 
 def at_row(more: str = "") -> Any:
-    """Return the row of a position."""
-    return option({}, "JOINT=X", f"Position of a motor, rad or m (default 0){more}.", kinds.NUMBERS)
+    """Return the option for a position."""
+    return option({}, "JOINT=X", f"Position of a motor, rad or m (default 0){more}.", kinds.NUMBERS, unit=POSITION)
 
 
 def along_row() -> Any:
-    """Return the row of a grid of positions."""
+    """Return the option for a grid of positions."""
     return option(
-        {}, "JOINT=LOW:HIGH:COUNT", "Positions of a joint at which it is computed, one after the other.", kinds.GRID,
-        formerly=("--over",),
+        {}, "JOINT=LOW:HIGH:COUNT", "Positions of a joint for the computation, one after the other.", kinds.GRID,
+        gone=("--over",), unit=POSITION,
     )  # fmt: skip
 
 
 def damping_row() -> Any:
-    """Return the row of a damping ratio of all modes."""
-    return option(0.0, "RATIO", "Damping ratio added to every mode: 0.01 is 1 %.", kinds.NUMBER)
+    """Return the option for a damping ratio of all modes."""
+    return option(0.0, "RATIO", "Damping ratio added to every mode: 0.01 is 1 %.", kinds.NUMBER, unit="")
 
 
 def merge_angles_row() -> Any:
-    """Return the row of the bound up to which angles are merged."""
+    """Return the option for the bound up to which angles are merged."""
     what = "Add angles of parallel axes where that saves operations; valid for |q| up to BOUND, rad."
-    return option(None, "BOUND", what, kinds.BOUND, above=0, most=1e6)
+    return option(None, "BOUND", what, kinds.BOUND, above=0, most=1e6, unit="rad")
 
 
 def start_row() -> Any:
-    """Return the row of the position where a motion starts."""
+    """Return the option for the start position of a motion."""
     what = "Position of a joint at the start, rad or m (default 0, or the start of a loop)."
-    return option({}, "JOINT=X", what, kinds.NUMBERS, formerly=("--at", "at"))
+    return option({}, "JOINT=X", what, kinds.NUMBERS, gone=("--at", "at"), unit=POSITION)
 
 
 def seed_row() -> Any:
-    """Return the row of a random seed."""
+    """Return the option for a random seed."""
     return option(0, "N", "Random seed.", kinds.WHOLE, least=0)
 
 
 def sample_rate_row(default: float | None, **bounds: float) -> Any:
-    """Return the row of a sample rate."""
+    """Return the option for a sample rate."""
     what = f"Sample rate, Hz{'' if default else ' (default 1000)'}."
-    return option(default, "HZ", what, kinds.NUMBER, formerly=("--rate", "rate"), **bounds)
+    return option(default, "HZ", what, kinds.NUMBER, gone=("--rate", "rate"), unit="Hz", **bounds)
 
 
 def duration_row() -> Any:
-    """Return the row of the duration of a move."""
+    """Return the option for the duration of a move."""
     what = "Duration of the move, s (default: five periods of the first natural frequency)."
-    return option(None, "S", what, kinds.NUMBER)
+    return option(None, "S", what, kinds.NUMBER, unit="s")
 
 
 def motion_row(meaning: str) -> Any:
-    """Return the row of the file of a motion."""
+    """Return the option for the file of a motion."""
     return option(None, "FILE", meaning, kinds.INPUT_FILE)
 
 
 def known_row() -> Any:
-    """Return the row of known parameters."""
-    what = "Parameter or group whose value is known, so that it is not estimated; excite needs no value."
+    """Return the option for fixed parameters."""
+    what = "Parameter or group with a known value, which is not estimated; excite needs no value."
     return option({}, "LABEL[=X]", what, kinds.NUMBERS_OR_NONE)
 
 
 def seek_row() -> Any:
-    """Return the row of parameters and bodies that are sought alone."""
+    """Return the option for the only parameters and bodies to estimate."""
     what = "Parameter that is sought, or body, by its joint, whose parameters are, such as a payload; all others are "
     return option((), "LABEL", what + "those of the file (default: all are sought).", kinds.TEXTS)
 
 
 def announce_row(**more: Any) -> Any:
-    """Return the row of what is called at each stage."""
+    """Return the option for a callback at each stage."""
     return argument(announce_nothing, "Called with the name of each stage.", **more)
 
 
 def progress_row() -> Any:
-    """Return the row of what counts the work."""
+    """Return the option for a callback that counts steps."""
     return argument(no_progress, "Called with the steps that are done, and their number.")
 
 
 def force_row() -> Any:
-    """Return the row of the permission to replace files."""
+    """Return the option for the permission to replace files."""
     return argument(False, "Replace existing files that the program has not written itself.")

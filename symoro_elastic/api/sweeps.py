@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, TypeAlias
 from symoro_elastic.analysis.sweeps.design import Design, design
 from symoro_elastic.analysis.sweeps.digest import digest
 from symoro_elastic.analysis.sweeps.quantities import Quantity, quantities, with_ranges
-from symoro_elastic.analysis.sweeps.ranges import axis, shown
+from symoro_elastic.analysis.sweeps.ranges import axis, python_text
 from symoro_elastic.analysis.sweeps.running import Note, Run, Workplace
 from symoro_elastic.analysis.sweeps.sweep import Sweep, sweep_of
 from symoro_elastic.analysis.sweeps.tasks import Task
-from symoro_elastic.api.declaration import operation
+from symoro_elastic.api.declaration import in_si_units, operation
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.motions import refuse_mixture
 from symoro_elastic.api.options import Integrating, OperatingPoint, Sweeping
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
         SweptResponse,
         SweptSimulation,
     )
-    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
     Swept: TypeAlias = SweptModes | SweptResponse | SweptControl | SweptLadder | SweptSimulation | SweptFunction
 
@@ -52,10 +51,10 @@ def _name(options: Sweeping) -> str:
 
 
 def _refuse(options: Sweeping) -> None:
-    """Raise `InputError` for an unknown analysis, options of another one, and numbers out of range."""
+    """Raise `InputError` for an unknown analysis, for options of another one, and for numbers out of range."""
     if not callable(options.of):
         among((options.of,), ANALYSES, "--of")
-    for option, given, where in (
+    for option, value, where in (
         ("--input", options.inputs, ("response",)),
         ("--output", options.outputs, ("response", "control")),
         ("--frequency", _frequencies(options), ("response",)),
@@ -63,7 +62,7 @@ def _refuse(options: Sweeping) -> None:
         ("--method", options.method, ("simulation",)),
         ("--step", options.step, ("simulation",)),
     ):
-        if given and options.of not in where:
+        if value and options.of not in where:
             what = f"belongs to --of {' or '.join(where)}: leave it out of {_name(options)}"
             raise InputError("symoro-elastic", option, what)
     _refuse_numbers(options.damping, _frequencies(options))
@@ -87,12 +86,12 @@ def _steps(options: Sweeping) -> Integrating:
 def _refuse_numbers(damping: float, frequencies: Iterable[float]) -> None:
     """Raise `InputError` for a damping ratio or frequency out of range, and for frequencies given twice."""
     if not (isinstance(damping, Real) and 0 <= damping < math.inf):
-        what = f"{shown(damping)} is not a damping ratio: 0.01 is one per cent"
+        what = f"{python_text(damping)} is not a damping ratio: 0.01 is one per cent"
         raise InputError("symoro-elastic", "--damping", what)
     written: set[str] = set()
     for x in frequencies:
         if not (isinstance(x, Real) and 0 <= x < math.inf):
-            what = f"{shown(x)} is not a frequency: give numbers of Hz from 0"
+            what = f"{python_text(x)} is not a frequency: give numbers of Hz from 0"
             raise InputError("symoro-elastic", "--frequency", what)
         if f"{x:g}" in written:
             raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz is given twice: remove one")
@@ -103,28 +102,28 @@ def _swept(options: Sweeping, machine: DescribedMachine) -> Swept:
     """Return the results of a machine as a function of values and positions; raises `InputError`."""
     from symoro_elastic.api import swept
 
-    kept = restrict(machine, SceneRequest().of(machine, options.scene)).asking(scene=None)
+    scene_machine = restrict(machine, SceneRequest().of(machine, options.scene)).asking(scene=None)
     values = dict(options.values)
     if options.of in ("modes", "response"):
-        given = replace(kept, forces=()), point_of(options), values
+        arguments = replace(scene_machine, forces=()), point_of(options), values
         if options.of == "modes":
-            return swept.SweptModes(*given)
+            return swept.SweptModes(*arguments)
         signals = tuple(options.inputs), tuple(options.outputs)
-        return swept.SweptResponse(*given, *signals, tuple(map(float, _frequencies(options))), options.damping)
+        return swept.SweptResponse(*arguments, *signals, tuple(map(float, _frequencies(options))), options.damping)
     if options.of == "control":
-        return swept.SweptControl.of(kept, point_of(options), values, tuple(options.outputs), options.damping)
+        return swept.SweptControl.of(scene_machine, point_of(options), values, tuple(options.outputs), options.damping)
     if not isinstance(options.of, str):
-        return swept.SweptFunction(kept, values, options.of)
-    asked = required_motions(machine, options.scene)
-    kept = kept.asking(motions=asked.motions, wanted=asked.wanted)
+        return swept.SweptFunction(scene_machine, values, options.of)
+    prescribed = required_motions(machine, options.scene)
+    scene_machine = scene_machine.asking(motions=prescribed.motions, wanted=prescribed.wanted)
     if options.of == "ladder":
-        return swept.SweptLadder(kept, values)
-    return swept.SweptSimulation(kept, values, _steps(options))
+        return swept.SweptLadder(scene_machine, values)
+    return swept.SweptSimulation(scene_machine, values, _steps(options))
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep that can be run: what is computed, at which points."""
+    """A sweep that can be run: the analysis, and the points."""
 
     machine: Machine
     options: Sweeping
@@ -138,40 +137,39 @@ class Plan:
         task = Task(self.swept, self.quantities)
         run = Run(task, self.design, self.workplace, journal, self.digest if journal else "")
         outcomes = run.outcomes(note, progress)
-        names = [name for one in outcomes for name in one.figures]
-        units = {one.name: one.unit for one in self.quantities}
+        names = [name for outcome in outcomes for name in outcome.figures]
+        units = {quantity.name: quantity.unit for quantity in self.quantities}
         units |= {name: self.swept.unit(name) for name in dict.fromkeys(names)}
         return sweep_of(self.machine.name, _name(self.options), self.design, outcomes, units, self.options.results,
                         self.options.require)  # fmt: skip
 
     @property
     def digest(self) -> str:
-        """A digest of the machine, what is computed of it, and the points."""
-        records = [read_file(motion.path) for motion in self.swept.machine.asked.motions if _is_there(motion)]
+        """A digest of the machine, the analysis, and the points."""
+        paths = [motion.path for motion in self.swept.machine.asked.motions if motion.file]
+        records = [read_file(path) for path in paths if is_plain_file(path)]
         return digest(__version__, self.swept, self.quantities, self.design.points, records)
-
-
-def _is_there(motion: PrescribedMotion) -> bool:
-    return bool(motion.file) and is_plain_file(motion.path)
 
 
 def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
     """Return a sweep of a machine; raises `InputError` for unknown names, axes and arguments."""
+    options = in_si_units(machine, options)
     _refuse(options)
     over = options.over
     if not isinstance(over, Mapping) or not all(isinstance(name, str) for name in over):
-        what = f'{shown(over)} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
+        what = f'{python_text(over)} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
         raise InputError("symoro-elastic", "--over", what)
-    axes = {name: axis(name, given) for name, given in over.items()}
+    axes = {name: axis(name, values_of_axis) for name, values_of_axis in over.items()}
     computed = _swept(options, machine)
     swept_over = quantities(computed.machine, axes)
-    for one in swept_over:
-        if one.of_drive and not computed.sees_drives:
-            what = f"{one.name} belongs to drives, on which {_name(options)} does not depend here: see --of control"
+    for quantity in swept_over:
+        if quantity.of_drive and not computed.sees_drives:
+            name = quantity.name
+            what = f"{name} belongs to drives, on which {_name(options)} does not depend here: see --of control"
             raise InputError(machine.label, "--over", what)
-        if not one.is_position and one.key in options.values:
-            raise InputError(machine.label, "--value", f"{one.key} is swept: remove one of the two")
-    computed.prepare([one.key for one in swept_over if one.is_position])
+        if not quantity.is_position and quantity.key in options.values:
+            raise InputError(machine.label, "--value", f"{quantity.key} is swept: remove one of the two")
+    computed.prepare([quantity.key for quantity in swept_over if quantity.is_position])
     points = design(with_ranges(computed.machine, swept_over, axes), options.samples, options.sampling, options.seed)
     return Plan(machine, options, points, swept_over, computed, Workplace(options.workers, options.scheduler))
 

@@ -1,4 +1,4 @@
-"""What a sweep computes at a point: modes, responses, ladders, simulations, or a function of the machine."""
+"""Results at a point of a sweep: modes, responses, ladders, simulations, or a function of the machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from symoro_elastic.machine.described import DescribedMachine
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
     from symoro_elastic.analysis.vibration.linearization import Linearization
-    from symoro_elastic.machine.prescribed_motion import PrescribedMotion
     from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 
@@ -39,8 +38,8 @@ class SweptVibration:
     """Whether results depend on drives."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is sent to other processes: not the trace, which they make themselves."""
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        """Return the state for other processes: without the trace, which they compute themselves."""
+        return {item.name: getattr(self, item.name) for item in fields(self)}
 
     @cached_property
     def motion(self) -> EquationsOfMotion:
@@ -48,12 +47,12 @@ class SweptVibration:
         return motion_at(self.point, self.machine, self.values, self.inputs, self.outputs)
 
     def prepare(self, positions: Sequence[str]) -> None:
-        """Raise `InputError` for unknown names, and for positions that an equilibrium does not leave."""
+        """Raise `InputError` for unknown names, and for positions that an equilibrium determines."""
         from symoro_elastic.analysis.vibration.tracking import refuse_unheld
 
         motion = self.motion
-        given = (("--at", self.point.at), ("--torque", self.point.torques), ("--rate", self.point.rates))
-        for option, numbers in given:
+        point_values = (("--at", self.point.at), ("--torque", self.point.torques), ("--rate", self.point.rates))
+        for option, numbers in point_values:
             motion.indices_of(numbers, option)
         twice = {motion.index(name, "--at"): name for name in self.point.at}
         for name in positions:
@@ -90,7 +89,7 @@ class SweptModes(SweptVibration):
 
 @dataclass(frozen=True)
 class SweptResponse(SweptVibration):
-    """Peak, bandwidth and chosen magnitudes of each frequency response; `damping` is a ratio added to every mode."""
+    """Peak, bandwidth and chosen magnitudes of the frequency responses; `damping` is a ratio added to every mode."""
 
     frequencies: tuple[float, ...] = ()
     damping: float = 0.0
@@ -142,12 +141,13 @@ class SweptControl(SweptVibration):
     def control(self, values: Values, positions: Values) -> Control:
         """Return the loops with these values at these positions."""
         from symoro_elastic.analysis.control.control import control_at
-        from symoro_elastic.analysis.control.tuning import USUAL
+        from symoro_elastic.analysis.control.tuning import AT_USUAL_DISTANCES
         from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
         motion = self.motion.at_values({**self.values, **values})
         place = {**self.point.at, **positions}
-        return control_at(motion, [(place, equilibrium(motion, place))], USUAL, self.damping, False, self.outputs)
+        states = [(place, equilibrium(motion, place))]
+        return control_at(motion, states, AT_USUAL_DISTANCES, self.damping, self.outputs)
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
         """Return the results at a point."""
@@ -164,7 +164,7 @@ class SweptControl(SweptVibration):
 
 @dataclass(frozen=True)
 class SweptMotions:
-    """A machine whose motions are part of it; positions are those at which the motions start."""
+    """A machine with motions; swept positions are their starts."""
 
     machine: DescribedMachine
     values: Values
@@ -176,24 +176,21 @@ class SweptMotions:
 
     def at(self, values: Values, positions: Values) -> DescribedMachine:
         """Return the machine with these values, its motions from these positions."""
-        whole = the_machine(self.machine, {**self.values, **values})
-        return whole.asking(motions=tuple(_from(motion, positions) for motion in self.machine.asked.motions))
+        described = the_machine(self.machine, {**self.values, **values})
+        motions = (replace(motion, start={**motion.start, **positions}) for motion in self.machine.asked.motions)
+        return described.asking(motions=tuple(motions))
 
     def prepare(self, positions: Sequence[str]) -> None:
-        """Raise `InputError` for a joint that does not move."""
+        """Raise `InputError` for a joint without independent motion."""
         moving = [joint.name for joint in self.machine.independent_joints]
         for name in positions:
             if name not in moving:
                 raise self.machine.error("--over", f"{name} is locked by the scene: remove one of the two")
 
 
-def _from(motion: PrescribedMotion, positions: Values) -> PrescribedMotion:
-    return replace(motion, start={**motion.start, **positions})
-
-
 @dataclass(frozen=True)
 class SweptLadder(SweptMotions):
-    """The rung that a ladder chooses, what it leaves out and costs, and its errors over their tolerances."""
+    """The chosen rung of a ladder, its omissions and costs, and its errors over their tolerances."""
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
         """Return the results at a point."""
@@ -258,7 +255,7 @@ class SweptSimulation(SweptMotions):
 
 @dataclass(frozen=True)
 class SweptFunction:
-    """Figures that a function of the user computes of the machine, and of positions where it takes them."""
+    """Results of a function of the user, of the machine, and of positions if it has two arguments."""
 
     machine: DescribedMachine
     values: Values
@@ -274,15 +271,15 @@ class SweptFunction:
             return False
 
     def prepare(self, positions: Sequence[str]) -> None:
-        """Raise `InputError` where positions are swept and the function takes none."""
+        """Raise `InputError` for swept positions of a function without them."""
         if positions and not self.takes_positions:
-            what = f"{positions[0]} is a position, and the function takes only the machine: give it a second argument"
+            what = f"{positions[0]} is a position, and the function has one argument, machine: give it a second one"
             raise InputError("symoro-elastic", "--over", what)
 
     def __call__(self, values: Values, positions: Values) -> Mapping[str, float]:
         """Return the results at a point."""
-        whole = the_machine(self.machine, {**self.values, **values})
-        return self.function(whole, dict(positions)) if self.takes_positions else self.function(whole)
+        described = the_machine(self.machine, {**self.values, **values})
+        return self.function(described, dict(positions)) if self.takes_positions else self.function(described)
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from symoro_elastic.api.declaration import operation, part
+from symoro_elastic.api.declaration import in_si_units, operation, part
 from symoro_elastic.api.machines import NO_VALUES, the_machine
 from symoro_elastic.api.options import (
     Comparing,
@@ -19,7 +19,7 @@ from symoro_elastic.api.options import (
 )
 from symoro_elastic.api.rows import MachineLike, Values
 from symoro_elastic.api.scenes import kept_machine
-from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.foundation.errors import InputError, reported_places
 from symoro_elastic.foundation.progress import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ def motion_at(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
 ) -> EquationsOfMotion:
-    """Return the equations of motion of a machine, with its thrusts and the points of these signals."""
+    """Return the equations of motion of a machine, with its thrusts and the points of its signals."""
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
-    from symoro_elastic.numerics.motion.hover import with_thrusts
+    from symoro_elastic.numerics.motion.equilibrium import with_thrusts
 
     return motion_of(with_thrusts(machine, point.thrusts or {}), dict(values), inputs, outputs)
 
@@ -57,8 +57,7 @@ def held_motors(point: OperatingPoint, motion: EquationsOfMotion) -> list[str]:
 
 def state_at(point: OperatingPoint, motion: EquationsOfMotion) -> State:
     """Return the given state, or the equilibrium."""
-    from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
-    from symoro_elastic.numerics.motion.hover import hover
+    from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state, hover
 
     _refuse_mixture(point)
     if point.thrusts and not point.as_given:
@@ -72,7 +71,7 @@ def state_at(point: OperatingPoint, motion: EquationsOfMotion) -> State:
 
 
 def _refuse_mixture(point: OperatingPoint) -> None:
-    """Raise `InputError` for options that exclude each other."""
+    """Raise `InputError` for conflicting options."""
     thrusts = point.thrusts or {}
     unknown = [name for name, x in thrusts.items() if x is None]
     for wrong, option, what in (
@@ -91,13 +90,13 @@ def linearized_at(
     from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
 
     linear = linearize(motion, state_at(point, motion), inputs or None, outputs or None)
-    kept = with_motors(linear, held_motors(point, motion), point.pd or {})
-    _refuse_held_signals(linear, kept, inputs, outputs)
-    return kept
+    linear_of_free = with_motors(linear, held_motors(point, motion), point.pd or {})
+    _refuse_held_signals(linear, linear_of_free, inputs, outputs)
+    return linear_of_free
 
 
 def point_of(options: Linearizing | Oscillating | Responding | Sweeping) -> OperatingPoint:
-    """Return the operating point of options: their own, in which those given by name replace it."""
+    """Return the operating point of options: the object, with values that are given by name replaced."""
     own = part(OperatingPoint, options)
     if options.point is None:
         return own
@@ -105,15 +104,15 @@ def point_of(options: Linearizing | Oscillating | Responding | Sweeping) -> Oper
 
 
 def _refuse_held_signals(
-    linear: Linearization, held: Linearization, inputs: Sequence[str], outputs: Sequence[str]
+    linear: Linearization, free: Linearization, inputs: Sequence[str], outputs: Sequence[str]
 ) -> None:
-    """Raise `InputError` where an input or output was requested that belongs to a held motor."""
-    for option, asked, before, left in (
-        ("--input", inputs, linear.inputs, held.inputs),
-        ("--output", outputs, linear.outputs, held.outputs),
+    """Raise `InputError` for a requested input or output of a held motor."""
+    for option, requested, before, still_there in (
+        ("--input", inputs, linear.inputs, free.inputs),
+        ("--output", outputs, linear.outputs, free.outputs),
     ):
-        still = [name for name in before if name not in left]
-        if asked and still:
+        still = [name for name in before if name not in still_there]
+        if requested and still:
             what = f"{still[0]} is of a motor that is held, so nothing moves there: remove one of the two"
             raise InputError(linear.motion.source, option, what)
 
@@ -165,6 +164,7 @@ def modes_along(
     """Return the modes at positions of joints, followed from one to the next."""
     from symoro_elastic.analysis.vibration.tracking import over_grid
 
+    options = in_si_units(machine, options)
     point = point_of(options)
     if point.as_given:
         what = "modes along positions are those of equilibria: leave out --as-given"
@@ -174,8 +174,8 @@ def modes_along(
         raise InputError("symoro-elastic", "--along", what)
     motion = motion_at(point, kept_machine(machine, options.scene), options.values)
     lists = {name: list(positions) for name, positions in path.items()}
-    held = held_motors(point, motion)
-    return over_grid(motion, lists, point.at, point.torques, held, point.pd or {}, progress, point.hover)
+    locked = held_motors(point, motion)
+    return over_grid(motion, lists, point.at, point.torques, locked, point.pd or {}, progress, point.hover)
 
 
 @operation(Responding)
@@ -198,9 +198,9 @@ def response(machine: MachineLike, options: Responding) -> Response:
         raise InputError("symoro-elastic", "--band", "frequencies are already given: remove --frequency or --band")
     points = points if len(points) else responses.frequency_grid(linear, *(options.band or ()))
     pairs = tuple(poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs)
-    found = responses.frequency_response(linear, points)
-    stiffnesses = point_stiffnesses(linear, found)
-    return replace(found, transfers=pairs, stiffnesses=stiffnesses, damping=options.damping)
+    result = responses.frequency_response(linear, points)
+    stiffnesses = point_stiffnesses(linear, result)
+    return replace(result, transfers=pairs, stiffnesses=stiffnesses, damping=options.damping)
 
 
 @operation(Comparing)
@@ -233,9 +233,9 @@ def feed_forward(machine: MachineLike, options: Following) -> FeedForward:
 
 
 def _reference(machine: Machine, options: Following) -> ReferenceTrajectory:
-    """Return the reference trajectory, as smooth as the machine needs where no degree is given."""
+    """Return the reference trajectory, by default as smooth as the machine needs."""
     from symoro_elastic.analysis.vibration import reference_trajectory
-    from symoro_elastic.analysis.vibration.comparison_motion import usual_duration
+    from symoro_elastic.analysis.vibration.comparison import usual_duration
     from symoro_elastic.analysis.vibration.driven_joints import with_motors_on_load_joints
     from symoro_elastic.analysis.vibration.feed_forward import orders, starts
 
@@ -245,7 +245,7 @@ def _reference(machine: Machine, options: Following) -> ReferenceTrajectory:
         return reference_trajectory.read_reference(str(options.motion), machine, options.degree, smooth, rate)
     strokes = options.strokes
     strokes = {"": float(strokes)} if isinstance(strokes, int | float) else strokes
-    with placed({"--at": "--start"}):
+    with reported_places({"--at": "--start"}):
         duration = usual_duration(machine, options.start) if options.duration is None else options.duration
     degree = smooth if options.degree is None else options.degree
     start = {**starts(machine), **options.start}

@@ -30,7 +30,8 @@ def cli() -> None:
     """Symbolic models of robots and machine tools."""
 
 
-LONGEST_WORD = 500
+OF_OUTPUT = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EBADF)
+"""Errors of writing; others are of programs, processes and files that are read."""
 COLLECTED_AFTER = 2_000_000, 50
 """New objects after which Python looks for cyclic garbage, and times until it looks among older ones, too.
 
@@ -47,7 +48,7 @@ def main() -> None:
     with _ended_by_signals():
         code = _run(sys.argv[1:] or ["--help"])
     gc.freeze()  # the process ends: no garbage is looked for any more
-    sys.exit(_flushed(code))
+    sys.exit(_flush(code))
 
 
 def _run(arguments: list[str]) -> int:
@@ -71,8 +72,8 @@ def _run(arguments: list[str]) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _flushed(code: int) -> int:
-    """Write out what is still held back on standard output; return the exit code."""
+def _flush(code: int) -> int:
+    """Write out buffered standard output; return the exit code."""
     try:
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -82,17 +83,19 @@ def _flushed(code: int) -> int:
 
 
 def _no_output(error: OSError) -> int:
-    """Say that something cannot be written; nothing where the reader of a pipe has gone, as `head` does."""
-    if error.errno != errno.EPIPE:
-        place = error.filename or "standard output or a temporary file"
-        _fail(f"{place}: cannot be written ({error.strerror or error})")
+    """Report an error of the operating system; a reader of a pipe may close it, as `head` does."""
+    reason = error.strerror or error
+    if error.errno in OF_OUTPUT:
+        _fail(f"{error.filename or 'standard output or a temporary file'}: cannot be written ({reason})")
+    elif error.errno != errno.EPIPE:
+        _fail(f"{error.filename or 'operating system'}: cannot be used ({reason}): correct that, and run it again")
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115  (the interpreter flushes it when it ends)
     return 0 if error.errno == errno.EPIPE else 2
 
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP, unless they are ignored, end the block as an exception does."""
+    """Let SIGTERM and SIGHUP, unless ignored, end the block as an exception."""
     numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     before = {number: signal.getsignal(number) for number in numbers}
 
@@ -110,13 +113,10 @@ def _ended_by_signals() -> Iterator[None]:
                 signal.signal(number, handler)
 
 
-def _cut(word: str) -> str:
-    """A word of a message, without its middle where it is longer than a line has room for."""
-    return word if len(word) <= LONGEST_WORD else f"{word[:60]}...{word[-60:]}"
-
-
 def _fail(line: str) -> int:
-    click.echo("error: " + " ".join(map(_cut, line.split())), err=True)
+    from symoro_elastic.cli.output import say
+
+    say(f"error: {line}")
     return 2
 
 

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 import click
 
 from symoro_elastic.api import kinds
-from symoro_elastic.api.declaration import Options, option
+from symoro_elastic.api.declaration import Options, in_si_units, option, part, switch
 from symoro_elastic.api.options import Certifying, Checking, Generating, Reading, Writing
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, call, takes, writes
 from symoro_elastic.cli.output import (
+    echo,
     print_json,
     print_result,
     print_table,
     progress_bar,
+    say,
     staged_progress,
     steps,
     write_text,
@@ -46,46 +48,55 @@ def generate(machine: str, options: Generating, reading: Reading, as_json: bool)
 
     build = api.build_of(options)
     with staged_progress() as (announce, progress):
-        whole = read(machine, reading, announce)
-        scene = replace(scene_of(whole, options), merge_angles=options.merge_angles)
-        _warn_of_soft_springs(whole, scene)
-        made = build.written(whole, scene, replace(options, announce=announce, progress=progress))
-    _warn_of_singular_starts(whole, scene)
-    if scene.merge_angles is not None and not any(model.merged for model in made.models):
+        full_machine = read(machine, reading, announce)
+        options = in_si_units(full_machine, options)
+        scene = replace(scene_of(full_machine, options), merge_angles=options.merge_angles)
+        _warn_of_soft_springs(full_machine, scene)
+        generated = build.written(full_machine, scene, replace(options, announce=announce, progress=progress))
+    _warn_of_singular_starts(full_machine, scene)
+    if scene.merge_angles is not None and not any(model.merged for model in generated.models):
         note("merging angles saves no operations in these models, so none were merged")
-    print_result(made, as_json)
+    print_result(generated, as_json)
 
 
 def _warn_of_singular_starts(machine: Machine, scene: Scene) -> None:
-    """Warn of loops that start next to a position where generated models give inf or NaN."""
+    """Warn of loops that start near a position at which generated models give inf or NaN."""
     from symoro_elastic.machine.restrict import restrict
-    from symoro_elastic.models.loops.description import described_loops, singular_starts
+    from symoro_elastic.models.checks.loop_descriptions import described_loops, singular_starts
 
     for warning in singular_starts(described_loops(restrict(machine, scene))):
-        click.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}")
 
 
 def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
-    """Warn of a static spring that its load bends further than it bends back, motors at 0, where values are known."""
+    """Warn of a static spring whose load deflects it more than its stiffness restores, motors at 0."""
     if not scene.static:
         return
     from symoro_elastic.machine.restrict import restrict
-    from symoro_elastic.numerics.motion.soft_springs import SOFT, soft_static
+    from symoro_elastic.numerics.motion.equilibrium import SOFT, soft_static
 
-    kept = restrict(machine, scene)
+    scene_machine = restrict(machine, scene)
     try:
-        weakest = soft_static(kept, {})
+        weakest = soft_static(scene_machine, {})
     except InputError:
         return
     if weakest:
-        click.echo(f"warning: {scene.source or machine.label}: scene, static, {weakest}: {SOFT}", err=True)
+        say(f"warning: {scene.source or machine.label}: scene, static, {weakest}: {SOFT}")
+
+
+class Proof(Options):
+    """Whether errors are proven for a box rather than measured at states."""
+
+    proven: bool = switch(
+        "Prove ranges and rounding errors of results for all positions within [limits].", formerly=("--box",)
+    )
 
 
 @command("check")
 @MACHINE
-@takes(Checking)
+@takes(Certifying)
+@takes(Proof, "proof")
 @takes(Reading, "reading", "base", "free")
-@click.option("--box", is_flag=True, help="Prove bounds where joints are within their [limits], as certify does.")
 @click.option(
     "--self",
     "by_itself",
@@ -93,26 +104,29 @@ def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
     help="Count the digits that agree in the four rounding modes, without a reference.",
 )
 @JSON
-def check(machine: str, options: Checking, reading: Reading, box: bool, by_itself: bool, as_json: bool) -> None:
+def check(machine: str, options: Certifying, proof: Proof, reading: Reading, by_itself: bool, as_json: bool) -> None:
     """Compile the C; compare C, numpy and the equations in floats at random and at extreme states.
 
-    Exit code 1 where an error is out of bounds.
+    With --proven bounds are those of all states within the limits, and divisors that may be zero are named: no draw of
+    states is used. --precision, --limits, --sub-boxes and --polynomials belong to it. Exit code 1 where an error is out
+    of bounds.
     """
     from symoro_elastic.api import models as api
 
-    if box and by_itself:
-        raise InputError("symoro-elastic", "--box", "and --self exclude each other: give one of them")
-    if box:
-        _certify(machine, Certifying(**vars(options)), reading, as_json)
+    if proof.proven and by_itself:
+        raise InputError("symoro-elastic", "--proven", "and --self exclude each other: give one of them")
+    if proof.proven:
+        _certify(machine, options, reading, as_json)
         return
+    _refuse_proof_options(options)
     if by_itself:
-        whole = read(machine, reading)
-        _check_by_itself(whole, scene_of(whole, options), options.seed, as_json)
+        full_machine = read(machine, reading)
+        _check_by_itself(full_machine, scene_of(full_machine, options), options.seed, as_json)
         return
     with staged_progress() as (announce, progress):
-        whole = read(machine, reading, announce)
-        scene_of(whole, options)
-        result = call(api.check, whole, options, announce=announce, progress=progress)
+        full_machine = read(machine, reading, announce)
+        scene_of(full_machine, options)
+        result = call(api.check, full_machine, part(Checking, options), announce=announce, progress=progress)
     print_result(result, as_json)
     if result.missing:
         raise InputError(machine, "C compiler", result.missing)
@@ -120,34 +134,33 @@ def check(machine: str, options: Checking, reading: Reading, box: bool, by_itsel
         raise SystemExit(1)
 
 
-@command("certify")
-@MACHINE
-@takes(Certifying)
-@takes(Reading, "reading", "base", "free")
-@JSON
-def certify(machine: str, options: Certifying, reading: Reading, as_json: bool) -> None:
-    """Prove them wherever joints are within their [limits]: no draw of states is behind them.
-
-    Divisors that may be zero are named.
-    """
-    _certify(machine, options, reading, as_json)
+def _refuse_proof_options(options: Certifying) -> None:
+    """Raise `InputError` for options that belong to a proof."""
+    usual = Certifying()
+    for name, flag in (
+        ("precisions", "--precision"),
+        ("limits", "--limits"),
+        ("sub_boxes", "--sub-boxes"),
+        ("polynomials", "--polynomials"),
+    ):
+        if getattr(options, name) != getattr(usual, name):
+            raise InputError("symoro-elastic", flag, "belongs to a proof: add --proven, or leave it out")
 
 
 def _certify(machine: str, options: Certifying, reading: Reading, as_json: bool) -> None:
-    """Print what is guaranteed of models."""
+    """Print the certificates of models."""
     from symoro_elastic.api import models as api
 
     with staged_progress() as (announce, progress):
-        whole = read(machine, reading, announce)
-        found = call(api.certify, whole, options, announce=announce, progress=progress)
-    print_result(found, as_json)
+        full_machine = read(machine, reading, announce)
+        certificates = call(api.certify, full_machine, options, announce=announce, progress=progress)
+    print_result(certificates, as_json)
 
 
 def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -> None:
     """`check --self`."""
-    from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
     from symoro_elastic.generation.pipeline import in_form, refuse_degenerate
-    from symoro_elastic.numerics.values import NoValues
+    from symoro_elastic.numerics.evaluation.values import NoValues
     from symoro_elastic.numerics.verification.self_check import self_check
     from symoro_elastic.numerics.verification.verify import refuse_unverifiable
     from symoro_elastic.numerics.verification.views import least_digits, self_check_json, self_check_table
@@ -159,19 +172,17 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
     try:
         with progress_bar("verify") as progress:
             spread = self_check(machine, scene, seed=seed, progress=progress)
-    except CompilerMissing as error:
-        raise InputError(source, "C compiler", str(error)) from None
-    except (CompilationFailed, NoValues) as error:
+    except NoValues as error:
         raise InputError(source, "check --self", str(error)) from None
     if as_json:
         print_json(self_check_json(spread))
         return
     print_table(self_check_table(spread, f"{machine.name}: spread over the rounding modes, typical / worst"))
-    click.echo(f"at moderate states {least_digits(spread):.1f} digits survive in the worst case")
+    echo(f"at moderate states {least_digits(spread):.1f} digits survive in the worst case")
 
 
 class Document(Options):
-    """How equations are written, and to which file."""
+    """Format of equations, and their file."""
 
     format: str | None = option(
         None, "NAME", "Format: {names} (default: that of the suffix of --out, else latex).", names=lambda: DOCUMENTS
@@ -206,17 +217,17 @@ def equations(machine: str, options: Writing, document: Document) -> None:
     if document.form == "pdf":
         find_engine(machine)
     with steps() as announce:
-        whole = read(machine, announce=announce)
-        scene_of(whole, options)
-        written = call(api.equations, whole, options, announce=announce)
+        full_machine = read(machine, announce=announce)
+        scene_of(full_machine, options)
+        written = call(api.equations, full_machine, options, announce=announce)
         announce("render")
         text, out = written.html if document.form == "html" else written.latex, document.out
         if document.form == "pdf":
             announce("compile")
-            out = str(pdf(text, Path(out or f"{whole.name}_{'_'.join(written.models)}.pdf")))
+            out = str(pdf(text, Path(out or f"{full_machine.name}_{'_'.join(written.models)}.pdf")))
     if out is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
         return
     if document.form != "pdf":
         write_text(text, out)
-    click.echo(f"wrote {out}", err=True)
+    echo(f"wrote {out}", err=True)

@@ -1,9 +1,12 @@
-"""Commands about drives and cuts: control, lobes."""
+"""Commands about drives and cuts: control, tune, lobes."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import click
 
+from symoro_elastic.api.declaration import options as declared
 from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
@@ -11,31 +14,55 @@ from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call
 from symoro_elastic.cli.output import print_result, progress_bar, save_machine
 from symoro_elastic.cli.reading import read, scene_of
 
+SAVED = click.option(
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the gains: {', '.join(WRITABLE)}."
+)
+
 
 @command("control")
 @MACHINE
 @takes(Controlling)
-@click.option(
-    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the gains: {', '.join(WRITABLE)}."
-)
+@SAVED
 @draws
 @writes
 @JSON
 def control(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
     """Margins, bandwidth and compliance with the loops of [drives] closed, and the spring, mass, lag or dead time that
-    limits each gain; gains that the file calls "tuned" are found.
+    limits each gain; computes gains that the file calls "tuned".
     """
+    _control(machine, options, save, plots, as_json)
+
+
+TUNING = tuple(row.name for row in declared(Controlling) if row.name != "tune")
+
+
+@command("tune")
+@MACHINE
+@takes(Controlling, "options", *TUNING)
+@SAVED
+@draws
+@writes
+@JSON
+def tune(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
+    """Find Kv, Kp, Tn of all drives, and what limits each; margins, bandwidth and compliance with them.
+
+    As `control --tune`, which keeps the gains of the file without that option.
+    """
+    _control(machine, replace(options, tune=True), save, plots, as_json)
+
+
+def _control(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
     from symoro_elastic.analysis.control.control import with_gains
     from symoro_elastic.api import control as operations
 
-    whole = read(machine)
-    scene_of(whole, options.scene)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
     with progress_bar("control") as progress:
-        found = call(operations.control, whole, options, progress=progress)
+        result = call(operations.control, full_machine, options, progress=progress)
     if save:
-        save_machine(with_gains(whole, found), save, machine)
-    print_result(found, as_json, save)
-    plots.write(found.plots)
+        save_machine(with_gains(full_machine, result), save, machine)
+    print_result(result, as_json, save)
+    plots.write(result.plots)
 
 
 @command("lobes")
@@ -45,16 +72,16 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
 @writes
 @JSON
 def lobes(machine: str, options: Cutting, plots: Plots, as_json: bool) -> None:
-    """Waves that the tool leaves on the surface die out below this depth.
+    """Maximum depth of cut without regenerative chatter, by speed and position.
 
     Loops of [drives] are closed, motors without a drive are held. Exact for forces of constant direction, as in
     turning; in milling (--across) by the mean of the forces over a turn, and exact with many --intervals.
     """
     from symoro_elastic.api import control as operations
 
-    whole = read(machine)
-    scene_of(whole, options.scene)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
     with progress_bar("lobes") as progress:
-        found = call(operations.lobes, whole, options, progress=progress)
-    print_result(found, as_json)
-    plots.write(found.plots)
+        result = call(operations.lobes, full_machine, options, progress=progress)
+    print_result(result, as_json)
+    plots.write(result.plots)

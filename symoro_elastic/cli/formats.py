@@ -11,11 +11,11 @@ import click
 
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
-from symoro_elastic.cli.output import write_text
+from symoro_elastic.cli.output import echo, write_text
 from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.file_forms import MARKDOWN, SCHEMAS
-from symoro_elastic.foundation.shipped import SCENES as SCENES_FOLDER
-from symoro_elastic.foundation.shipped import SUFFIXES, examples
+from symoro_elastic.foundation.input_files import SCENES as SCENES_FOLDER
+from symoro_elastic.foundation.input_files import SUFFIXES, examples
 
 
 def _out(*forms: str) -> Callable[[Command], Command]:
@@ -24,7 +24,7 @@ def _out(*forms: str) -> Callable[[Command], Command]:
 
 
 class NewFile(OutputFile):
-    """A file to write: `mine` stands for mine.toml, or for mine with the suffix of the example."""
+    """A file to write: `mine` means mine.toml, or for mine with the suffix of the example."""
 
     def __init__(self) -> None:
         super().__init__(SUFFIXES)
@@ -40,8 +40,8 @@ def _example(_context: click.Context, option: click.Parameter, name: str | None)
     """The file of an example."""
     if name is None:
         return None
-    known = examples()
-    return known[among((name,), known, option.opts[0])[0]]
+    names = examples()
+    return names[among((name,), names, option.opts[0])[0]]
 
 
 def _kinds() -> list[str]:
@@ -61,41 +61,47 @@ def _kinds() -> list[str]:
     help="Copy an example that comes with the package, a machine or a scene: two_axis, planar_2r_move ... The shell "
     "completes their names.",
 )
-@click.option("--brief", is_flag=True, help="Leave out comments, and the tables and keys that are not needed.")
+@click.option("--full/--brief", help="With all other tables and keys as comments.")
 @click.option(
     "--kind",
     metavar="NAME",
     shell_complete=completed_from(_kinds),
     help="Machine to start from: arm (default), cartesian, elastic (a drive with a spring), floating (a flying base), "
-    "linkage (a gear and a closed loop).",
+    "gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball screws), scara.",
 )
+@click.option("--axes", metavar="LIST", help='Slides instead of a kind, from the frame to the tool: "X Y Z".')
+@click.option("--screws", metavar="PITCH", help="An elastic ball screw behind each motor of --axes, as 20mm.")
 @writes
-def new(name: str | None, kind: str | None, brief: bool, example: Path | None) -> None:
-    """Write all tables and keys, those that are not needed as comments.
-
-    With --example the file is a copy of an example.
-    """
+def new(
+    name: str | None, kind: str | None, full: bool, example: Path | None, axes: str | None, screws: str | None
+) -> None:
+    """Write a machine file to start from, or with --example a copy of an example."""
     from symoro_elastic.formats.files import load_text
-    from symoro_elastic.formats.toml.starting import STARTS, starting_text
+    from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
     from symoro_elastic.generation.pipeline import refuse_name
 
     if kind is not None:
         among((kind,), [*STARTS], "--kind")
+    if screws is not None and axes is None:
+        raise InputError("symoro-elastic", "--screws", "says how the slides of --axes are driven: give --axes, too")
+    if kind is not None and axes is not None:
+        raise InputError("symoro-elastic", "--kind", "--axes makes a machine of its own: leave one of them out")
     if example:
-        for option, given in (("--kind", kind), ("--brief", brief)):
-            if given:
+        for option, value in (("--kind", kind), ("--full", full), ("--axes", axes is not None)):
+            if value:
                 raise InputError("symoro-elastic", option, "an example is copied as it is: leave it out, or --example")
         path = Path(name or example.name)
         write_text(load_text(example), str(path))
         is_scene = example.parent.name == SCENES_FOLDER
-        click.echo(f"wrote {path}: symoro-elastic {f'simulate MACHINE --scene {path}' if is_scene else f'show {path}'}")
+        echo(f"wrote {path}: symoro-elastic {f'simulate MACHINE --scene {path}' if is_scene else f'show {path}'}")
         return
     if name is None:
         raise InputError("symoro-elastic", "NAME", "name the file, or an example with --example")
     path = Path(name)
     refuse_name(path.stem, "NAME")
-    write_text(starting_text(path.stem, kind or "arm", brief), str(path))
-    click.echo(f"wrote {path}: symoro-elastic generate {path}")
+    start = kind or "arm" if axes is None else start_of_axes(axes, screws or "")
+    write_text(starting_text(path.stem, start, full), str(path))
+    echo(f"wrote {path}: symoro-elastic generate {path}")
 
 
 @command("formats")
@@ -123,7 +129,7 @@ def _schemas() -> list[str]:
 def schema(file: str, out: str | None) -> None:
     """Print what editors complete and check TOML files by (draft 2020-12)."""
     from symoro_elastic.formats.toml.schema import SCHEMAS
-    from symoro_elastic.models.catalogue import MODELS
+    from symoro_elastic.models.programs.catalogue import MODELS
 
     among((file,), [*SCHEMAS], "FILE")
     _print_or_write(json.dumps(SCHEMAS[file](MODELS), indent=2) + "\n", out)
@@ -131,7 +137,7 @@ def schema(file: str, out: str | None) -> None:
 
 def _print_or_write(text: str, out: str | None) -> None:
     if out is None:
-        click.echo(text, nl=False)
+        echo(text, nl=False)
         return
     write_text(text, out)
-    click.echo(f"wrote {out}", err=True)
+    echo(f"wrote {out}", err=True)

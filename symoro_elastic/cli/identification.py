@@ -19,7 +19,7 @@ from symoro_elastic.cli.options import (
     takes,
     writes,
 )
-from symoro_elastic.cli.output import print_parts, print_result, progress_bar, save_machine, steps
+from symoro_elastic.cli.output import print_parts, print_result, progress_bar, save_machine, say, steps
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
 
@@ -38,8 +38,8 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     written as t, q_<motor>, qd_, qdd_. Elastic joints follow their springs; passive ones are assumed to stay at
     zero.
     """
-    from symoro_elastic.analysis.identification.trajectory import save
     from symoro_elastic.api import measured
+    from symoro_elastic.measured.logs.trajectory import save
 
     of_file = read(machine)
     with progress_bar("search") as progress:
@@ -60,7 +60,10 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 @writes
 @JSON
 def identify(machine: str, options: Identifying, save: str | None, plots: Plots, as_json: bool) -> None:
-    """Read DATA, CSV or NPZ files with t, q_<joint>, tau_<motor>."""
+    """Read DATA, CSV or NPZ files with t, q_<joint>, tau_<motor>.
+
+    Lists (.toml) of vibration tests among DATA are fitted together with the logs.
+    """
     from symoro_elastic.api import measured
 
     of_file = read(machine)
@@ -70,7 +73,7 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
     if save and saved:
         save_machine(saved, save, machine)
         for warning in warnings:
-            click.echo(f"warning: {warning}", err=True)
+            say(f"warning: {warning}")
     print_result(identified, as_json, save)
     plots.write(identified.plots)
 
@@ -89,11 +92,11 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
 def update(machine: str, options: Updating, save: str | None, is_next: bool, plots: Plots, as_json: bool) -> None:
     """Read TESTS, a list (.toml) of frequency responses, natural frequencies or ring-downs at known positions.
 
-    It says what the tests cannot tell, and where the model lacks something.
+    Reports parameters that the tests cannot determine, and bands that the model does not explain.
     """
-    from symoro_elastic.analysis.updating.views import next_table
     from symoro_elastic.api import measured
     from symoro_elastic.foundation.results import plain
+    from symoro_elastic.measured.vibration_tests.views import next_table
 
     of_file = read(machine)
     with steps() as step:
@@ -103,7 +106,7 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
     if save and saved:
         save_machine(saved, save, machine)
         for line in lines:
-            click.echo(f"warning: {line}", err=True)
+            say(f"warning: {line}")
     print_result(updated, as_json, save, **({"next_tests": plain(candidates)} if is_next else {}))
     if is_next and not as_json:
         print_parts([next_table(candidates, updated.machine.name)])

@@ -16,11 +16,11 @@ from symoro_elastic.cli.reading import read
 def singularities(machine: str, options: Locating, as_json: bool) -> None:
     """Print the determinant of the Jacobian of MACHINE's frame in factors.
 
-    For each factor: where it vanishes, which joints then move the frame alike, and which motion is lost.
+    For each factor: where it vanishes, which joints are dependent there, and which motion is lost.
     """
     from symoro_elastic.api import kinematics
 
     with steps() as step:
         step("factor")
-        found = call(kinematics.singularities, read(machine), options)
-    print_result(found, as_json)
+        result = call(kinematics.singularities, read(machine), options)
+    print_result(result, as_json)

@@ -1,4 +1,4 @@
-"""The commands in sections, each with its module and the line that lists it: nothing of them is imported for that."""
+"""The commands in sections, each with its module and its line of help, without importing any of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import click
 
 
 class Listed(NamedTuple):
-    """A command: the module of this package that it is in, and the first line of its help."""
+    """A command: its module in this package, and the first line of its help."""
 
     module: str
     line: str
@@ -33,6 +33,8 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
         "live": Listed("pages", "Show MACHINE on a page that follows its file."),
         "convert": Listed("machine", "Convert MACHINE to the format of FILE."),
         "models": Listed("machine", "List the models: arguments, results, shapes, units."),
+        "evaluate": Listed("poses", "Evaluate models of MACHINE at a position."),
+        "ik": Listed("poses", "Find the joint positions at which a frame has a pose."),
         "equations": Listed("code", "Write the equations of models as LaTeX, HTML or PDF."),
         "singularities": Listed("kinematics", "Find where a frame loses a direction of motion."),
         "generate": Listed("code", "Generate code for the models of MACHINE."),
@@ -40,23 +42,25 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     },
     "Verification": {
         "check": Listed("code", "Compare the generated code with 50-digit references."),
-        "certify": Listed("code", "Prove ranges and rounding errors of results within limits."),
-        "trade": Listed("trade", "Measure speed and accuracy, recommend the fastest build."),
+        "benchmark": Listed("benchmark", "Measure speed and accuracy, recommend the fastest build."),
     },
     "Vibration": {
         "linearize": Listed("vibration", "Linearize MACHINE about an equilibrium or a state."),
         "modes": Listed("vibration", "Compute natural frequencies, mode shapes, sensitivities."),
         "response": Listed("vibration", "Compute frequency responses, poles and zeros."),
+        "stiffness": Listed("poses", "Compute the stiffness of a frame and what limits it."),
         "compare": Listed("vibration", "Compare the full model with reduced and rigid models."),
     },
     "Simulation": {
         "simulate": Listed("simulation", "Simulate the motions of a scene with a measured error."),
-        "ladder": Listed("simulation", "Find springs, method and step that a motion requires."),
+        "reduce": Listed("simulation", "Find the cheapest models within a tolerance at the tool."),
+        "ladder": Listed("simulation", "Choose springs, method and step that a motion requires."),
     },
     "Variants": {"sweep": Listed("sweep", "Sweep parameters and positions over grids or samples.")},
     "Control": {
-        "control": Listed("control", "Find what limits the gains of drives, and gains."),
-        "lobes": Listed("control", "Find the depth of cut that is stable, by spindle speed."),
+        "control": Listed("control", "Compute margins and largest gains of drives."),
+        "tune": Listed("control", "Find the gains of drives, and what limits them."),
+        "lobes": Listed("control", "Compute the stable depth of cut by spindle speed."),
         "feed-forward": Listed("vibration", "Compute torques that make the load follow a trajectory."),
     },
     "Identification": {
@@ -65,16 +69,18 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
         "update": Listed("identification", "Estimate springs and dampers from vibration tests."),
     },
 }
+FORMER: Mapping[str, tuple[str, ...]] = {"trade": ("benchmark",), "certify": ("check", "--proven")}
+"""Commands by the names that they had in the last version."""
 LISTED: Mapping[str, Listed] = {name: one for section in SECTIONS.values() for name, one in section.items()}
 
 
 class ListedCommands(Mapping[str, click.Command]):
-    """The commands by name; the module of a command is imported when it is asked for."""
+    """The commands by name; the module of a command is imported on first use."""
 
     def __getitem__(self, name: str) -> click.Command:
         module = import_module(f"symoro_elastic.cli.{LISTED[name].module}")
-        found: click.Command = getattr(module, name.replace("-", "_"))
-        return found
+        command: click.Command = getattr(module, name.replace("-", "_"))
+        return command
 
     def __iter__(self) -> Iterator[str]:
         return iter(LISTED)
@@ -90,7 +96,9 @@ def command(name: str, more: str = "") -> Callable[[Callable[..., Any]], click.C
     """
 
     def decorate(function: Callable[..., Any]) -> click.Command:
+        from symoro_elastic.cli.help import HeadedCommand
+
         text = more or cleandoc(function.__doc__ or "")
-        return click.command(name, help=f"{LISTED[name].line}\n\n{text}")(function)
+        return click.command(name, cls=HeadedCommand, help=f"{LISTED[name].line}\n\n{text}")(function)
 
     return decorate

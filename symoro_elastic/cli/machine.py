@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symoro_elastic.api import kinds
-from symoro_elastic.api.declaration import Options, option
+from symoro_elastic.api.declaration import Options, in_si_units, option
 from symoro_elastic.api.options import Drawing, Reading
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, OutputMachine, takes, writes
-from symoro_elastic.cli.output import line_width, print_json, print_table
+from symoro_elastic.cli.output import echo, line_width, print_json, print_table, say
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.errors import among
 from symoro_elastic.foundation.file_forms import PICTURES
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.models.joint_axes import PlacedMachine
-    from symoro_elastic.numerics.grouping import BaseParameters
+    from symoro_elastic.models.bound.joint_axes import PlacedMachine
+    from symoro_elastic.numerics.linear.grouping import BaseParameters
     from symoro_elastic.pages.closed_chains import ClosedChain
 
 
@@ -42,34 +42,35 @@ def show(machine: str, options: Drawing, picture: str | None, as_json: bool) -> 
 
     Names the joints, if any, whose inertia is singular at every position.
     """
-    from symoro_elastic.generation.pipeline import found_degeneracies
+    from symoro_elastic.generation.pipeline import zero_pivots
     from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restrict
-    from symoro_elastic.models.joint_axes import placed_machine
-    from symoro_elastic.numerics.grouping import base_parameters
+    from symoro_elastic.models.bound.joint_axes import placed_machine
+    from symoro_elastic.numerics.linear.grouping import base_parameters
     from symoro_elastic.pages.closed_chains import closed_chain
 
-    whole = read(machine)
+    full_machine = read(machine)
+    options = in_si_units(full_machine, options)
     if options.values:
-        whole = with_values(whole, dict(options.values))
-    asked = scene_of(whole, options.scene)
-    kept = restrict(whole, asked)
+        full_machine = with_values(full_machine, dict(options.values))
+    scene = scene_of(full_machine, options.scene)
+    scene_machine = restrict(full_machine, scene)
     if picture:
-        _draw(kept, options.at, picture, as_json)
-    placed = placed_machine(kept, options.at)
-    chain = closed_chain(kept, placed)
+        _draw(scene_machine, options.at, picture, as_json)
+    placement = placed_machine(scene_machine, options.at)
+    chain = closed_chain(scene_machine, placement)
     for warning in chain.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    degenerate = [f"{joints}: {message}" for message, joints in found_degeneracies(whole, asked)]
-    base = base_parameters(kept)
+        say(f"warning: {warning}")
+    degenerate = [f"{joints}: {message}" for message, joints in zero_pivots(full_machine, scene)]
+    base = base_parameters(scene_machine)
     if as_json:
-        print_json(_as_json(chain, placed, base, degenerate))
+        print_json(_as_json(chain, placement, base, degenerate))
     else:
-        _print(chain, placed, base, degenerate)
+        _print(chain, placement, base, degenerate)
 
 
 def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: bool) -> None:
-    """Write the picture of a machine at a position, and name it; on stderr beside JSON."""
+    """Write the picture of a machine at a position, and name it; on stderr with JSON."""
     from symoro_elastic.pages.drawing.picture_files import write_picture
     from symoro_elastic.pages.drawing.svg import machine_picture
 
@@ -77,14 +78,14 @@ def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: 
     for remark in picture.figure.remarks:
         note(remark)
     write_picture(picture, path, "--picture")
-    click.echo(f"wrote {path}", err=as_json)
+    echo(f"wrote {path}", err=as_json)
 
 
 def _as_json(
-    chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
+    chain: ClosedChain, placement: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
 ) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
-    from symoro_elastic.machine.views import drives_json, limits_json
+    from symoro_elastic.machine.views import drives_json, frames_json, limits_json
     from symoro_elastic.pages.closed_chains import closed_chain_json
     from symoro_elastic.pages.show import axes_json, position_json
 
@@ -96,8 +97,10 @@ def _as_json(
         "motors": by_kind[Kind.MOTOR],
         "elastic": by_kind[Kind.ELASTIC],
         **closed_chain_json(chain),
-        "position": position_json(placed),
-        "axes": axes_json(placed),
+        "position": position_json(placement),
+        "axes": axes_json(placement),
+        "gravity": [str(x) for x in machine.base.gravity],
+        "frames": frames_json(machine),
         "parameters": [p.name for p in machine.parameters],
         "limits": limits_json(machine),
         "drives": drives_json(machine),
@@ -110,31 +113,31 @@ def _as_json(
     }
 
 
-def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
-    from symoro_elastic.machine.views import drives_table, limits_table, machine_table, parameter_lines
+def _print(chain: ClosedChain, placement: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
+    from symoro_elastic.machine.views import machine_table, other_tables, parameter_lines
     from symoro_elastic.pages.closed_chains import closed_chain_lines
     from symoro_elastic.pages.show import axes_table
 
     machine = chain.machine
     print_table(machine_table(machine, machine.name))
-    print_table(axes_table(placed, "origins and axes in frame 0"))
-    for table in (limits_table(machine, "limits"), drives_table(machine, "drives")):
-        if table.rows:
-            print_table(table)
+    print_table(axes_table(placement, "origins and axes in frame 0"))
+    for table in other_tables(machine):
+        print_table(table)
+    echo(machine.gravity_in_words)
     for line in parameter_lines(machine):
-        click.echo(textwrap.fill(line, line_width(), subsequent_indent="  "))
+        echo(textwrap.fill(line, line_width(), subsequent_indent="  "))
     if machine.floating:
-        orientation, known = machine.floating.orientation, machine.floating.known
-        click.echo(f"floating base: {orientation} and {known} given, M = {machine.floating.body.mass}")
+        orientation, quantity = machine.floating.orientation, machine.floating.known
+        echo(f"floating base: {orientation} and {quantity} given, M = {machine.floating.body.mass}")
     for line in closed_chain_lines(chain):
-        click.echo(line)
-    click.echo(f"\nbase inertial parameters: {base.check}")
+        echo(line)
+    echo(f"\nbase inertial parameters: {base.check}")
     for name, formula in {**base.parts, **base.formulas}.items():
-        click.echo(f"  {name} = {formula}")
+        echo(f"  {name} = {formula}")
     if base.zero:
-        click.echo(f"  zero for these bodies: {', '.join(base.zero)}")
-    click.echo(base.conditioning)
-    click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
+        echo(f"  zero for these bodies: {', '.join(base.zero)}")
+    echo(base.conditioning)
+    echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
 
 def _parts() -> Iterable[str]:
@@ -171,11 +174,11 @@ def convert(machine: str, file: str, reading: Reading, dropping: Dropping) -> No
     from symoro_elastic.machine.left_out_parts import PARTS, without
 
     dropped = among(dropping.drop, PARTS, "--drop")
-    kept, remarks = without(read(machine, reading), dropped)
-    write_machine(kept.with_notes(*kept.origin.remarks, *remarks), file)
+    reduced, remarks = without(read(machine, reading), dropped)
+    write_machine(reduced.with_notes(*reduced.origin.remarks, *remarks), file)
     for remark in remarks:
         note(remark)
-    click.echo(f"wrote {file}")
+    echo(f"wrote {file}")
 
 
 @command("models")
@@ -187,4 +190,4 @@ def models(as_json: bool) -> None:
     if as_json:
         print_json(catalogue_json())
     else:
-        click.echo("\n".join(["", *catalogue_lines(line_width()), "", *NOTES]))
+        echo("\n".join(["", *catalogue_lines(line_width()), "", *NOTES]))

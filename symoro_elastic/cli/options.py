@@ -1,4 +1,4 @@
-"""Options of commands, made of the declarations of operations; records that commands take them as."""
+"""Options of commands, from the declarations of operations, and the records that commands receive."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import click
 
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Option, Options, option, options
+from symoro_elastic.api.quantities import UnitOf
 from symoro_elastic.api.rows import WRITABLE
-from symoro_elastic.cli.output import print_written
+from symoro_elastic.cli.output import print_written, say
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import OF_FILES, PAGES, PICTURE_FORMATS, form_of
 
@@ -27,14 +28,14 @@ K = TypeVar("K", bound=click.Path)
 
 
 class InputFile(click.Path):
-    """A file that the command reads, so that it does not write it."""
+    """A file that the command reads and must not write."""
 
 
 class Output(click.Path):
     """A path that the command writes to."""
 
     def refuse(self, path: str, place: str) -> None:
-        """Raise `InputError` for a path that the command does not write to, before its work."""
+        """Raise `InputError` for a path that must not be written, before the command's work."""
         raise NotImplementedError
 
 
@@ -46,7 +47,7 @@ class OutputFile(Output):
         self.forms = forms
 
     def refuse(self, path: str, place: str) -> None:
-        """Raise `InputError` for a file that is not written, and for one whose format is not possible."""
+        """Raise `InputError` for a file that must not be written, or whose format is not supported."""
         from symoro_elastic.foundation.output_files import refuse_file
 
         refuse_file(path, place)
@@ -60,7 +61,7 @@ class OutputMachine(OutputFile):
         super().__init__(WRITABLE)
 
     def refuse(self, path: str, place: str) -> None:
-        """Raise `InputError` for a path that no machine is written to; formats that are only read say so."""
+        """Raise `InputError` for a path that no machine can be written to, such as a read-only format."""
         from symoro_elastic.formats.reading import refuse_unwritable
         from symoro_elastic.foundation.output_files import refuse_file
 
@@ -72,7 +73,7 @@ class OutputFolder(Output):
     """A folder that the command writes files to."""
 
     def refuse(self, path: str, place: str) -> None:
-        """Raise `InputError` for a folder that the command does not write to."""
+        """Raise `InputError` for a folder that must not be written."""
         from symoro_elastic.foundation.output_files import refuse_folder
 
         refuse_folder(path, place)
@@ -85,7 +86,7 @@ class OutputPage(OutputFile):
         super().__init__(PAGES)
 
     def refuse(self, path: str, place: str) -> None:
-        """Raise `InputError` for a page, or for a folder, that is not written."""
+        """Raise `InputError` for a page, or for a folder, that must not be written."""
         suffix = Path(path).suffix.lower()
         if suffix in PAGES or (suffix in OF_FILES and not Path(path).is_dir()):
             super().refuse(path, place)
@@ -94,18 +95,22 @@ class OutputPage(OutputFile):
 
 
 class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
-    """A number that is written by the rules of machine files."""
+    """A number by the rules of machine files, in its unit or in that of the option."""
+
+    unit: str | UnitOf | None = ""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return super().convert(value, param, ctx)
         try:
-            whole = isinstance(self, click.types.IntParamType)
-            given: float = kinds.whole_number(value) if whole else kinds.number(value)
+            if isinstance(self, click.types.IntParamType):
+                number = kinds.whole_number(value)
+            else:
+                number = kinds.number(value, self.unit if isinstance(self.unit, str) else None)
         except ValueError as error:
             place = param.opts[0] if param else self.name
             raise InputError("symoro-elastic", place, f"{value!r} {error}") from None
-        return super().convert(given, param, ctx)
+        return number if isinstance(number, str) else super().convert(number, param, ctx)
 
 
 class Number(_AsInFiles, click.types.FloatParamType):
@@ -138,12 +143,14 @@ def _type(row: Option) -> click.ParamType | None:  # type: ignore[type-arg]
     if row.kind is kinds.WHOLE:
         return WholeRange(low, row.most, is_open) if is_bounded else Whole()  # type: ignore[arg-type]
     if row.kind in (kinds.NUMBER, kinds.BOUND, kinds.LIST):
-        return NumberRange(low, row.most, is_open) if is_bounded else Number()
+        type_ = NumberRange(low, row.most, is_open) if is_bounded else Number()
+        type_.unit = row.unit
+        return type_
     return None
 
 
 class DeclaredOption(click.Option):
-    """An option made of a declaration; names of registries in its help are read when the help is printed."""
+    """An option of a declaration; names of registries are read when its help is printed."""
 
     def __init__(self, row: Option) -> None:
         self.row = row
@@ -158,8 +165,8 @@ class DeclaredOption(click.Option):
             settings |= {"default": row.default}
         if row.bare:
             settings |= {"is_flag": False, "flag_value": row.bare}
-        if row.kind.parse:
-            settings["callback"] = _parsed_by(row.kind.parse)
+        if parse := row.kind.parse:
+            settings["callback"] = lambda _context, option, value: parse(value, option.opts[0])
         complete = _completion(row)
         super().__init__((row.flag, row.name), type=_type(row), help=row.meaning, shell_complete=complete, **settings)
 
@@ -169,11 +176,6 @@ class DeclaredOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def _parsed_by(parse: Callable[[Any, str], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """Return a click callback that converts the value of an option by `parse(value, option)`."""
-    return lambda _context, option, value: parse(value, option.opts[0])
-
-
 def _completion(row: Option) -> Completion | None:
     if row.of_machine:
         return completed_from_machine(row.of_machine)
@@ -181,19 +183,19 @@ def _completion(row: Option) -> Completion | None:
 
 
 def completed_from(names: Callable[[], Iterable[str]]) -> Completion:
-    """Return what completes with these names."""
-    return lambda _context, _option, begun: [name for name in names() if name.startswith(begun)]
+    """Return a completion with these names."""
+    return lambda _context, _option, prefix: [name for name in names() if name.startswith(prefix)]
 
 
 def completed_from_machine(names: Callable[[Machine], Iterable[str]]) -> Completion:
-    """Return what completes with names of the machine that the command line gives, none where it cannot be read."""
+    """Return a completion with names of the machine on the command line; empty for an unreadable one."""
 
-    def complete(context: click.Context, _option: click.Parameter, begun: str) -> list[str]:
+    def complete(context: click.Context, _option: click.Parameter, prefix: str) -> list[str]:
         from symoro_elastic.formats.reading import read
 
         for path in (context.params.get("machine"), *context.args):
             try:
-                return [name for name in names(read(path or "")) if name.startswith(begun)]
+                return [name for name in names(read(path or "")) if name.startswith(prefix)]
             except InputError:
                 continue
         return []
@@ -202,7 +204,7 @@ def completed_from_machine(names: Callable[[Machine], Iterable[str]]) -> Complet
 
 
 def takes(record: type[Any], name: str = "options", *only: str) -> Callable[[Command], Command]:
-    """Return a decorator that adds the options of a record to a command, which takes them as one argument.
+    """Return a decorator that adds the options of a record to a command, passed as one argument.
 
     All of them, or `only` some. What must be given and is not an option is an argument of the command.
     """
@@ -211,21 +213,21 @@ def takes(record: type[Any], name: str = "options", *only: str) -> Callable[[Com
 
     def decorate(command: Command) -> Command:
         @wraps(command)
-        def called(**given: Any) -> Any:
-            own = {name: given.pop(name) for name in dict.fromkeys(names)}
-            return command(**given, **{name: record(**own)})
+        def wrapper(**arguments: Any) -> Any:
+            own = {name: arguments.pop(name) for name in dict.fromkeys(names)}
+            return command(**arguments, **{name: record(**own)})
 
         # As click's own decorators do: the last one that is added stands first.
-        parameters = called.__dict__.setdefault("__click_params__", [])
+        parameters = wrapper.__dict__.setdefault("__click_params__", [])
         parameters += [DeclaredOption(row) for row in reversed(rows)]
-        return called
+        return wrapper
 
     return decorate
 
 
-def call(function: Callable[..., R], machine: Any, given: Any, **callbacks: Any) -> R:
+def call(function: Callable[..., R], machine: Any, record: Any, **callbacks: Any) -> R:
     """Return the result of an operation for the options of a record, with callbacks for its progress."""
-    return function(machine, **{**vars(given), **callbacks})
+    return function(machine, **{**vars(record), **callbacks})
 
 
 MACHINE = click.argument("machine", metavar="MACHINE", type=InputFile())
@@ -234,43 +236,39 @@ FORCE = click.option("--force", is_flag=True, help="Replace existing files.")
 
 
 def writes(command: Command) -> Command:
-    """Add --force to a command, and refuse before its work what may not be written."""
+    """Add --force to a command, and refuse paths that must not be written before its work."""
 
     @FORCE
     @wraps(command)
-    def called(force: bool, **given: Any) -> Any:
+    def wrapper(force: bool, **arguments: Any) -> Any:
         from symoro_elastic.foundation.output_files import permission
 
         with permission([path for _, path, _ in _paths(InputFile)], force):
             for place, path, kind in _paths(Output):
                 kind.refuse(path, place)
-            return command(**given)
+            return command(**arguments)
 
-    return called
+    return wrapper
 
 
 def _paths(kind: type[K]) -> Iterator[tuple[str, str, K]]:
-    """Name of the option or argument, path, and type, of all paths of a kind that the command line gives."""
+    """Name of the option or argument, path, and type, of all paths of a kind on the command line."""
     context = click.get_current_context()
     for parameter in context.command.params:
-        given = context.params.get(str(parameter.name))
-        if isinstance(parameter.type, kind) and given is not None:
+        value = context.params.get(str(parameter.name))
+        if isinstance(parameter.type, kind) and value is not None:
             place = (
                 parameter.opts[0] if isinstance(parameter, click.Option) else parameter.human_readable_name.strip("[]")
             )
-            yield from ((place, path, parameter.type) for path in ([given] if isinstance(given, str) else given))
+            yield from ((place, path, parameter.type) for path in ([value] if isinstance(value, str) else value))
 
 
 class Plots(Options):
-    """The folder that plots are drawn into, None without plots, and the format of their files."""
+    """The folder of plots, None without plots, and the format of their files."""
 
     plots: str | None = option(None, "FOLDER", "Draw plots into this folder.", kinds.OUTPUT_FOLDER)
     plot_format: str | None = option(
-        None,
-        "NAME",
-        "Format of the plots: {names} (default: png).",
-        names=lambda: PICTURE_FORMATS,
-        formerly=("--picture",),
+        None, "NAME", "Format of the plots: {names} (default: png).", names=lambda: PICTURE_FORMATS, gone=("--picture",)
     )
 
     def __post_init__(self) -> None:
@@ -279,17 +277,17 @@ class Plots(Options):
 
             refuse_format(self.plot_format)
             if not self.plots:
-                what = "there are no plots: name their folder with --plots"
+                what = "plots need a folder: name it with --plots"
                 raise InputError("symoro-elastic", "--plot-format", what)
 
     def write(self, draw: Callable[[], Figures]) -> None:
         """Draw the figures, save them and print the names of the files, if plots are requested."""
         if self.plots:
-            drawn = draw()
-            print_written(self.plots, drawn.save(self.plots, self.plot_format or "png"))
-            for name, reason in drawn.left_out.items():
-                click.echo(f"note: {name} is not drawn: {reason}", err=True)
+            figures = draw()
+            print_written(self.plots, figures.save(self.plots, self.plot_format or "png"))
+            for name, reason in figures.left_out.items():
+                say(f"note: {name} is not drawn: {reason}")
 
 
 draws = takes(Plots, "plots")
-"""Add --plots and --plot-format to a command, which takes both as `plots`."""
+"""Add --plots and --plot-format to a command, which receives both as `plots`."""

@@ -1,4 +1,4 @@
-"""What a command prints: tables, results as JSON, progress."""
+"""Output of commands: tables, results as JSON, progress."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
+from symoro_elastic.foundation.errors import printable, readable
+
 if TYPE_CHECKING:
     from symoro_elastic.foundation.results import Part, Result, Table
     from symoro_elastic.machine.machine import Machine
@@ -21,28 +23,38 @@ GLUE = "\N{NO-BREAK SPACE}"
 KEPT_TOGETHER = 24
 """Most characters between two commas that are kept in one line if the width allows."""
 WIDE, NARROW = 3, 2
-"""Characters that each column takes beside its text, and one more for the table."""
+"""Characters that a column needs in addition to its text, and one more for the table."""
 FEWEST = 8
-"""Least width of what stands beside the first columns."""
+"""Least width of the columns after the first ones."""
 
 PIPED = 160
 """Width of tables that no terminal shows."""
 
 
+def echo(text: str, err: bool = False, nl: bool = True) -> None:
+    """Print a text on standard output or standard error, without control characters."""
+    click.echo(printable(text), err=err, nl=nl)
+
+
+def say(line: str) -> None:
+    """Print a line on standard error; the middle of a long one is omitted."""
+    echo(readable(" ".join(line.split())), err=True)
+
+
 def print_json(figures: dict[str, Any]) -> None:
     """One line of JSON on standard output."""
-    click.echo(json.dumps(figures))
+    echo(json.dumps(figures))
 
 
 def line_width() -> int:
-    """Return the characters of a line: those of the terminal, else 160."""
+    """Return the width of a line: that of the terminal, else 160."""
     from rich.console import Console
 
     return Console().width if _is_terminal(sys.stdout) else PIPED
 
 
 def print_table(table: Table) -> None:
-    """A table on standard output, as several of them, each with its first `keys` columns, where it is too wide.
+    """Print a table on standard output; a wide one as several, each with its first `keys` columns.
 
     Nothing is cut; a pipe or a file has lines of up to 160 characters.
     """
@@ -55,7 +67,7 @@ def print_table(table: Table) -> None:
 
     console = Output(highlight=False, width=line_width())
     for k, part in enumerate(fit_tables(table, console.width)):
-        part.title = Text(table.title, style="table.title") if table.title and not k else None
+        part.title = Text(printable(table.title), style="table.title") if table.title and not k else None
         console.print(part)
 
 
@@ -63,23 +75,23 @@ def print_parts(parts: Sequence[Part]) -> None:
     """Print sentences and tables, in their order."""
     for part in parts:
         if isinstance(part, str):
-            click.echo(part)
+            echo(part)
         else:
             print_table(part)
 
 
 def print_result(result: Result, as_json: bool, written: str | None = None, **more: Any) -> None:
-    """Print a result and the file that it was `written` to, or these and `more` values as JSON."""
+    """Print a result and the file `written`, or these and `more` values as JSON."""
     if as_json:
         print_json({**result.as_json(), **({"written": written} if written else {}), **more})
         return
     print_parts(result.parts())
     if written:
-        click.echo(f"wrote {written}")
+        echo(f"wrote {written}")
 
 
 def write_text(text: str, out: str) -> None:
-    """Save a text; raises `InputError` where the file cannot be written."""
+    """Write a text file; raises `InputError` for one that cannot be written."""
     from symoro_elastic.foundation import output_files
 
     output_files.write_text(text, out)
@@ -98,7 +110,7 @@ def progress_bar(step: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def staged_progress(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
-    """Show a progress bar on a terminal's stderr, nothing elsewhere; yield what names a stage and counts its work."""
+    """Show a progress bar on a terminal's stderr, nothing elsewhere; yield what names and counts a stage."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None, lambda _done, _total: None
         return
@@ -106,16 +118,16 @@ def staged_progress(first: str = "read") -> Iterator[tuple[Callable[[str], None]
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(first, total=None)
+        task = bar.add_task(_plain(first), total=None)
         yield (
-            lambda stage: bar.update(task, description=stage),
+            lambda stage: bar.reset(task, total=None, description=_plain(stage)),
             lambda done, total: bar.update(task, completed=done, total=total),
         )
 
 
 @contextmanager
 def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar with the time left, which no thread draws: processes may be copied while it is there."""
+    """Show a progress bar with the remaining time, without a drawing thread: processes may fork meanwhile."""
     if not _is_terminal(sys.stderr):
         yield lambda _done, _total: None
         return
@@ -124,7 +136,7 @@ def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
 
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=False) as bar:
-        task = bar.add_task(name, total=None)
+        task = bar.add_task(_plain(name), total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total, refresh=True)
 
 
@@ -137,35 +149,42 @@ def steps() -> Iterator[Callable[[str], None]]:
     from rich.console import Console
 
     with Console(stderr=True).status("read") as status:
-        yield status.update
+        yield lambda stage: status.update(_plain(stage))
+
+
+def _plain(stage: str) -> str:
+    """The name of a stage, without styles of rich."""
+    from rich.markup import escape
+
+    return escape(printable(stage))
 
 
 def save_arrays(result: Result, out: str | None, as_json: bool) -> None:
-    """Save the arrays of a result to `out`, if given, and say so; on stderr beside JSON."""
+    """Save the arrays of a result to `out`, if given, and print its name; on stderr with JSON."""
     if out:
         from symoro_elastic.analysis.vibration.export import save_arrays
 
         save_arrays(result.arrays(), out)
-        click.echo(f"wrote {out}", err=as_json)
+        echo(f"wrote {out}", err=as_json)
 
 
 def save_machine(machine: Machine, path: str, of_file: str) -> None:
-    """Save a machine that was made from that of a file, with the file's comments where both are TOML."""
+    """Save a machine derived from a file's, with the file's comments if both are TOML."""
     from symoro_elastic.formats import write_machine
 
     if lost := write_machine(machine, path, of_file):
-        click.echo(f"note: {lost}", err=True)
+        say(f"note: {lost}")
 
 
 def print_written(folder: str, written: Sequence[Path]) -> None:
     """Name the files written to a folder, on stderr."""
-    click.echo(f"wrote {folder}: {', '.join(path.name for path in written)}", err=True)
+    echo(f"wrote {folder}: {', '.join(path.name for path in written)}", err=True)
 
 
 # Tables that fit the width of a terminal: nothing is cut, no name or number is broken that fits in a line.
 #
 # A table that is too wide has lines wrapped between words, or its columns in several tables below each other, each of
-# which begins with the first columns: whichever takes fewer lines.
+# which begins with the first columns: whichever needs fewer lines.
 @dataclass(frozen=True)
 class Column:
     """Heading, cells, and the width at which they are wrapped."""
@@ -177,33 +196,33 @@ class Column:
 
     @property
     def natural(self) -> int:
-        """The width at which nothing is wrapped."""
+        """The width without wrapping."""
         return max(map(len, (self.heading, *self.cells)))
 
     @property
     def least(self) -> int:
-        """The width at which no word is broken."""
-        words = [self.heading.split(), *(_glued(cell, self.together).split(" ") for cell in self.cells)]
+        """The width without broken words."""
+        words = [self.heading.split(), *(_glue(cell, self.together).split(" ") for cell in self.cells)]
         return max((len(word) for line in words for word in line), default=0)
 
     def lines(self, text: str) -> list[str]:
-        """Return a text in lines of this width; words that are longer are broken."""
-        glued = _glued(text, self.together)
+        """Return a text in lines of this width; longer words are broken."""
+        glued = _glue(text, self.together)
         fits = all(len(word) <= self.width for word in glued.split(" "))
         wrapped = textwrap.wrap(glued if fits else text, self.width, break_on_hyphens=False)
         return [line.replace(GLUE, " ") for line in wrapped] or [""]
 
     def height(self, row: int) -> int:
-        """Lines of one cell."""
+        """Lines of a cell."""
         return len(self.lines(self.cells[row]))
 
 
 def fit_tables(table: Table, width: int) -> list[Any]:
-    """Return a table as one or more of rich of at most `width` characters; its `keys` columns are repeated in each.
+    """Return a table as one or more rich tables of at most `width` characters; the `keys` columns repeat.
 
     Columns without any text are left out, and so is a table without rows.
     """
-    columns = [Column(head, cells) for head, cells in table.columns if any(cells)]
+    columns = [Column(printable(head), tuple(map(printable, cells))) for head, cells in table.columns if any(cells)]
     if not columns:
         return []
     if sum(column.natural + WIDE for column in columns) < width:
@@ -213,15 +232,15 @@ def fit_tables(table: Table, width: int) -> list[Any]:
 
 
 def _layouts(columns: Sequence[Column], width: int, keys: int) -> Iterator[list[list[Column]]]:
-    """Ways to print columns: one table, words kept together or not; several tables, which is always possible."""
+    """Layouts of columns: one table, words kept together or not; several tables, which always fit."""
     for together in (True, False):
-        one = _shared([replace(column, together=together) for column in columns], width)
-        yield [one] if one else []
+        line = _columns_in_line([replace(column, together=together) for column in columns], width)
+        yield [line] if line else []
     yield _parts(columns, width, keys)
 
 
-def _shared(columns: Sequence[Column], width: int) -> list[Column]:
-    """Columns that share a line, none narrower than its longest word; empty where there is no room."""
+def _columns_in_line(columns: Sequence[Column], width: int) -> list[Column]:
+    """Columns that fit a line, none narrower than its longest word; empty if they do not fit."""
     widths = [column.least for column in columns]
     spare = width - 1 - sum(w + NARROW for w in widths)
     if spare < 0:
@@ -237,19 +256,19 @@ def _parts(columns: Sequence[Column], width: int, keys: int) -> list[list[Column
     first = _keys(columns[:keys], width // 2)
     room = width - 1 - sum(column.width + NARROW for column in first)
     parts: list[list[Column]] = []
-    left = -1
+    room_left = -1
     for column in columns[keys:]:
         wanted = replace(column, width=min(column.natural, max(room - NARROW, FEWEST)))
-        if left < wanted.width + NARROW:
+        if room_left < wanted.width + NARROW:
             parts.append(list(first))
-            left = room
+            room_left = room
         parts[-1].append(wanted)
-        left -= wanted.width + NARROW
+        room_left -= wanted.width + NARROW
     return parts or [first]
 
 
 def _keys(columns: Sequence[Column], width: int) -> list[Column]:
-    """The columns that stand in each table: within the width or, so that no word is broken, a little more."""
+    """The columns of the tables: within the width or, to break no word, a little more."""
     share = width // max(len(columns), 1) - NARROW
     loose = [replace(column, together=False) for column in columns]
     unbroken = [max(column.least, min(column.natural, share)) for column in loose]
@@ -262,20 +281,20 @@ def _height(layout: Sequence[Sequence[Column]]) -> int:
     return sum(4 + sum(max(c.height(row) for c in part) for row in range(len(part[0].cells))) for part in layout)
 
 
-def _glued(text: str, together: bool) -> str:
-    """A text with spaces that do not break where a name, a sign and a number belong together."""
+def _glue(text: str, together: bool) -> str:
+    """A text with unbreakable spaces within a name, a sign and a number that belong together."""
     if not together:
         return text
     pieces = text.replace(" = ", f"{GLUE}={GLUE}").split(", ")
     return ", ".join(piece.replace(" ", GLUE) if len(piece) <= KEPT_TOGETHER else piece for piece in pieces)
 
 
-def _table(columns: Sequence[Column], beside: int) -> Any:
+def _table(columns: Sequence[Column], spacing: int) -> Any:
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1) if beside == WIDE else (0, 1, 0, 0), pad_edge=beside == WIDE)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1) if spacing == WIDE else (0, 1, 0, 0), pad_edge=spacing == WIDE)
     for column in columns:
         table.add_column(Text("\n".join(column.lines(column.heading))), width=column.width, no_wrap=True)
     for row in range(len(columns[0].cells)):

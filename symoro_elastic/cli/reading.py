@@ -1,12 +1,11 @@
-"""The machine and the scene that a command line names."""
+"""The machine and the scene on a command line."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import click
-
 from symoro_elastic.api.options import Reading, Requested
+from symoro_elastic.cli.output import say
 
 if TYPE_CHECKING:
     from symoro_elastic.api.rows import SceneLike
@@ -23,7 +22,7 @@ def read(path: str, reading: Reading = AS_WRITTEN, announce: Announce | None = N
     from symoro_elastic.foundation.errors import among
     from symoro_elastic.foundation.progress import announce_nothing
     from symoro_elastic.generation.pipeline import prepare
-    from symoro_elastic.machine.freed import SECTIONS
+    from symoro_elastic.machine.constants import SECTIONS
 
     conversion = Conversion.of(reading.snap, reading.elastic or {})
     free = among(reading.free, SECTIONS, "--free")
@@ -32,11 +31,11 @@ def read(path: str, reading: Reading = AS_WRITTEN, announce: Announce | None = N
 
 
 def _warn(warning: str) -> None:
-    click.echo(f"warning: {warning}", err=True)
+    say(f"warning: {warning}")
 
 
 def scene_of(machine: DescribedMachine, options: Requested | SceneLike = None) -> Scene:
-    """Return the scene that options or a file give, or that of the machine.
+    """Return the scene of options or of a file, else that of the machine.
 
     Springs in series that the scene condenses are named on stderr.
     """
@@ -48,4 +47,4 @@ def scene_of(machine: DescribedMachine, options: Requested | SceneLike = None) -
 
 def note(line: str) -> None:
     """Print a note on stderr."""
-    click.echo(f"note: {line}", err=True)
+    say(f"note: {line}")

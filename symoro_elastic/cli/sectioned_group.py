@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from operator import attrgetter
 from typing import Any
 
 import click
 
-from symoro_elastic.cli.listed import LISTED, SECTIONS, ListedCommands
+from symoro_elastic.cli.listed import FORMER, LISTED, SECTIONS, ListedCommands
 from symoro_elastic.foundation.errors import InputError
 
 
 class Failure(Exception):
-    """An `OSError` or `EOFError` of a command, `cause`; click takes the latter for Ctrl-C, a closed pipe for exit 1."""
+    """An `OSError` or `EOFError` of a command, `cause`; click would treat them as Ctrl-C, or as a closed pipe."""
 
     def __init__(self, cause: OSError | EOFError) -> None:
         super().__init__(cause)
@@ -48,13 +49,16 @@ class SectionedGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command and its arguments; raises `InputError` for an option that is given twice."""
-        name, command, given = super().resolve_command(ctx, args)
+        """Return the command and its arguments; raises `InputError` for a repeated option."""
+        if args and args[0] in FORMER:
+            note_new_name(args[0], " ".join(FORMER[args[0]]))
+            args = [*FORMER[args[0]], *args[1:]]
+        name, command, words = super().resolve_command(ctx, args)
         if command:
-            given = _renamed(command, given)
+            words = _with_present_names(command, words)
         if command and not ctx.resilient_parsing:
-            _refuse_repeated(command, given, click.Context(command, ctx, name))
-        return name, command, given
+            _refuse_repeated(command, words, click.Context(command, ctx, name))
+        return name, command, words
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write one list of commands per section, with the first line of each command's help."""
@@ -62,31 +66,45 @@ class SectionedGroup(click.Group):
         for title, section in SECTIONS.items():
             with formatter.section(title):
                 limit = formatter.width - 6 - width
-                formatter.write_dl([(name.ljust(width), one.short(limit)) for name, one in section.items()])
+                formatter.write_dl([(name.ljust(width), listed.short(limit)) for name, listed in section.items()])
 
 
-def _renamed(command: click.Command, given: list[str]) -> list[str]:
-    """Return the words of a command line with the options' present names; former ones are reported on stderr."""
+def _with_present_names(command: click.Command, typed: list[str]) -> list[str]:
+    """Return the words of a command line with present names of options; former ones are reported on stderr."""
     from symoro_elastic.cli.options import DeclaredOption
 
-    rows = [one.row for one in command.params if isinstance(one, DeclaredOption)]
-    former = {old.partition("=")[0]: (row.flag, old) for row in rows for old in row.formerly if old.startswith("--")}
-    end = given.index("--") if "--" in given else len(given)
+    rows = [parameter.row for parameter in command.params if isinstance(parameter, DeclaredOption)]
+    former, gone = (
+        {old.partition("=")[0]: (row.flag, old) for row in rows for old in names(row) if old.startswith("--")}
+        for names in (attrgetter("formerly"), attrgetter("gone"))
+    )
+    flags = {option for parameter in command.params for option in parameter.opts}
+    end = typed.index("--") if "--" in typed else len(typed)
     words: list[str] = []
-    for word in given[:end]:
+    for word in typed[:end]:
         name, equals, value = word.partition("=")
+        if name in gone and name not in flags:
+            flag, old = gone[name]
+            raise InputError("symoro-elastic", name, f"it is now {flag}{old.removeprefix(name)}")
         if name not in former:
             words.append(word)
             continue
         flag, old = former[name]
         words += [f"{flag}{old.removeprefix(name)}" if "=" in old else f"{flag}{equals}{value}"]
-        click.echo(f"note: {name} is now {words[-1].partition('=')[0] if '=' not in old else words[-1]}", err=True)
-    return [*words, *given[end:]]
+        note_new_name(name, words[-1].partition("=")[0] if "=" not in old else words[-1])
+    return [*words, *typed[end:]]
 
 
-def _refuse_repeated(command: click.Command, given: list[str], ctx: click.Context) -> None:
-    """Raise `InputError` for an option of one value that is given twice; flags may be."""
-    _, _, order = command.make_parser(ctx).parse_args(list(given))
+def note_new_name(former: str, now: str) -> None:
+    """Print what a former name is called now."""
+    from symoro_elastic.cli.output import say
+
+    say(f"note: {former} is now {now}")
+
+
+def _refuse_repeated(command: click.Command, words: list[str], ctx: click.Context) -> None:
+    """Raise `InputError` for a repeated option of a single value; flags may be repeated."""
+    _, _, order = command.make_parser(ctx).parse_args(list(words))
     for option in order:
         if isinstance(option, click.Option) and not (option.multiple or option.is_flag) and order.count(option) > 1:
             raise InputError("symoro-elastic", option.opts[0], "is given twice: give it one value")

@@ -50,9 +50,9 @@ def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, pl
         refuse_form(out)
     if file:
         options = _before_file(options, file)
-    whole = read(machine)
-    scene_of(whole, options.scene)
-    swept = _computed(plan(whole, options), out)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
+    swept = _compute(plan(full_machine, options), out)
     if out:
         save(swept, out)
         remove_file(f"{out}{JOURNAL}")
@@ -61,24 +61,24 @@ def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, pl
 
 
 def _before_file(options: Sweeping, file: str) -> Sweeping:
-    """Return the options with what a file says and the command line does not."""
+    """Return the options of a file and of the command line, which has precedence."""
     context = click.get_current_context()
     values = read_options(file, Sweeping)
     for name, value in values.items():
-        given = getattr(options, name)
+        of_command = getattr(options, name)
         if isinstance(value, dict):
-            values[name] = {**value, **given}
+            values[name] = {**value, **of_command}
         elif context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            values[name] = given
+            values[name] = of_command
     return replace(options, **values)
 
 
-def _computed(planned: Plan, out: str | None) -> Sweep:
-    """Return the results at all points; where Ctrl-C ends them, say where those are that were computed."""
+def _compute(planned: Plan, out: str | None) -> Sweep:
+    """Return the results at all points; on Ctrl-C, report the file with the computed ones."""
     try:
         with counted_ahead("sweep") as progress:
             return planned.run(Path(f"{out}{JOURNAL}") if out else None, note, progress)
     except KeyboardInterrupt:
-        kept = f"{out}{JOURNAL} keeps what was computed: give the command again to go on"
-        note(f"interrupted, {kept if out and Path(out + JOURNAL).exists() else 'nothing was written'}")
+        advice = f"{out}{JOURNAL} keeps what was computed: give the command again to go on"
+        note(f"interrupted, {advice if out and Path(out + JOURNAL).exists() else 'nothing was written'}")
         raise

@@ -7,12 +7,12 @@ from typing import Any
 
 import click
 
-from symoro_elastic.api.declaration import Options
+from symoro_elastic.api.declaration import Options, in_si_units
 from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscillating, Responding
 from symoro_elastic.api.rows import along_row
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
-from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
+from symoro_elastic.cli.output import echo, print_result, progress_bar, save_arrays, steps
 from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.foundation.file_forms import COLUMNS, LINEARIZATIONS, MODES, RESPONSES
 
@@ -32,9 +32,9 @@ def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool
         refuse_linearization_file(out)
     with steps() as step:
         step("linearize")
-        whole = read(machine)
-        scene_of(whole, options.scene)
-        linear = call(vibrations.linearize, whole, options)
+        full_machine = read(machine)
+        scene_of(full_machine, options.scene)
+        linear = call(vibrations.linearize, full_machine, options)
     if out:
         save_linearization(linear, out)
     print_result(linear, as_json, out)
@@ -55,14 +55,15 @@ class Path(Options):
 @writes
 @JSON
 def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Name the springs and the bodies that store the energy of each mode."""
+    """Name the springs and the bodies that store the energy of the modes."""
     from symoro_elastic.api import vibrations
 
-    whole = read(machine)
-    scene_of(whole, options.scene)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
     with progress_bar("modes") as progress:
-        tracked = vibrations.modes_along(whole, path.along, options, progress) if path.along else None
-        result: Any = tracked or call(vibrations.modes, whole, options)
+        along = in_si_units(full_machine, path).along
+        tracked = vibrations.modes_along(full_machine, along, options, progress) if along else None
+        result: Any = tracked or call(vibrations.modes, full_machine, options)
     print_result(result, as_json)
     save_arrays(result, out, as_json)
     plots.write(tracked.plots if tracked else result.plots)
@@ -82,13 +83,13 @@ def response(machine: str, options: Responding, out: str | None, plots: Plots, a
 
     with steps() as step:
         step("response")
-        whole = read(machine)
-        scene_of(whole, options.scene)
-        result = call(vibrations.response, whole, options)
+        full_machine = read(machine)
+        scene_of(full_machine, options.scene)
+        result = call(vibrations.response, full_machine, options)
     print_result(result, as_json)
     if out:
         export.save_response(result, out)
-        click.echo(f"wrote {out}", err=as_json)
+        echo(f"wrote {out}", err=as_json)
     plots.write(result.plots)
 
 
@@ -104,10 +105,10 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
     """
     from symoro_elastic.api import vibrations
 
-    whole = read(machine)
-    scene_of(whole, options.scene)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
     with progress_bar("springs follow") as progress:
-        result = call(vibrations.compare, whole, options, progress=progress)
+        result = call(vibrations.compare, full_machine, options, progress=progress)
     print_result(result, as_json)
     plots.write(result.plots)
 
@@ -132,11 +133,11 @@ def feed_forward(machine: str, options: Following, out: str | None, plots: Plots
     from symoro_elastic.analysis.vibration.feed_forward import save_feed_forward
     from symoro_elastic.api import vibrations
 
-    whole = read(machine)
-    scene_of(whole, options.scene)
+    full_machine = read(machine)
+    scene_of(full_machine, options.scene)
     with steps() as step:
         step("feed-forward")
-        result = call(vibrations.feed_forward, whole, options)
+        result = call(vibrations.feed_forward, full_machine, options)
     if out:
         save_feed_forward(result, out)
     print_result(result, as_json, out)

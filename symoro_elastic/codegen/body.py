@@ -14,7 +14,7 @@ Indices = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a language writes an assignment, a comment, and the functions it has."""
+    """Syntax of a language: assignments, comments, and names of functions."""
 
     declare: str
     end: str
@@ -43,7 +43,7 @@ PYTHON = Dialect(
 
 
 def positions_by_name(names: Iterable[str]) -> Indices:
-    """Position of each name, as text."""
+    """Positions of names, as text."""
     return {name: str(k) for k, name in enumerate(names)}
 
 
@@ -56,10 +56,10 @@ class Writer:
     def unpack(
         self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
     ) -> list[str]:
-        """The entries of arrays that are used, by name; `read` says how those of an array are found: `{array}[{k}]`."""
-        return [*self.unpacked(arguments, used, read).values()]
+        """Lines that unpack the used entries of arrays; `read` is how entries of an array are read: `{array}[{k}]`."""
+        return [*self.unpack_lines(arguments, used, read).values()]
 
-    def unpacked(
+    def unpack_lines(
         self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
     ) -> dict[str, str]:
         """The lines of `unpack` by the names that they define."""
@@ -84,11 +84,11 @@ class Writer:
         """Recursion, joint and equations, as text."""
         if section.joint is None:
             return section.title
-        joint = f"joint {section.joint} ({self.joints[section.joint - 1]})"
+        joint = f"joint {section.joint} ({self.joints[section.joint - 1]})" if section.joint else "base"
         return f"{section.title}, {joint} {section.equations}".rstrip() + "."
 
     def assignment(self, statement: Statement) -> str:
-        """One statement, broken into lines where it is long."""
+        """A statement, broken into lines where it is long."""
         head = f"    {self.dialect.declare}{statement.name} = "
         right = self.printer.right_side(statement) + self.dialect.end
         if len(head) + len(right) <= LINE:

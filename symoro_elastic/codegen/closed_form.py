@@ -19,25 +19,9 @@ from symoro_elastic.codegen.notation import Notation
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
 from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.arithmetic import library
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    COSPI,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SIGN,
-    SIN,
-    SUBTRACT,
-    SYMBOL,
-    Functions,
-)
 from symoro_elastic.symbolic.program import Output
 
 MAX_OPERATIONS = 400
@@ -56,7 +40,7 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Size:
-    """Of an expression written out: operations, terms above and below the fraction bar once expanded."""
+    """Size of an expanded expression: operations, terms above and below the fraction bar."""
 
     operations: int = 0
     over: int = 1
@@ -64,7 +48,7 @@ class Size:
 
     @property
     def terms(self) -> int:
-        """All terms."""
+        """Number of terms."""
         return self.over + self.under
 
 
@@ -76,22 +60,22 @@ def closed_forms(outputs: Sequence[Output], notation: Notation) -> dict[int, Clo
     import sympy
 
     convert = Conversion(sympy)
-    found = {x.id: _shortest(sympy, convert(x), notation) for x in wanted}
-    return {key: form for key, form in found.items() if form}
+    forms = {x.id: _shortest(sympy, convert(x), notation) for x in wanted}
+    return {key: form for key, form in forms.items() if form}
 
 
-def affordable(asked: Iterable[Expression]) -> list[Expression]:
-    """Those of the expressions that can be written out, the smallest first, until about a second is spent."""
-    asked = list(asked)
-    sizes = written_out(asked)
-    left, found = MAX_TERMS_IN_ALL, []
-    for x in sorted(asked, key=lambda x: (sizes[x.id].terms, x.id)):
-        left -= sizes[x.id].terms
-        if left < 0 or sizes[x.id].terms > MAX_TERMS:
+def affordable(expressions: Iterable[Expression]) -> list[Expression]:
+    """The expressions that can be written out, the smallest first, until about a second is spent."""
+    expressions = list(expressions)
+    sizes = written_out(expressions)
+    terms_left, chosen = MAX_TERMS_IN_ALL, []
+    for x in sorted(expressions, key=lambda x: (sizes[x.id].terms, x.id)):
+        terms_left -= sizes[x.id].terms
+        if terms_left < 0 or sizes[x.id].terms > MAX_TERMS:
             break
         if sizes[x.id].operations <= MAX_OPERATIONS:
-            found.append(x)
-    return found
+            chosen.append(x)
+    return chosen
 
 
 def closed_equations(package: Package, function: Function, notation: Notation) -> list[Equation]:
@@ -107,7 +91,7 @@ def closed_equations(package: Package, function: Function, notation: Notation) -
             continue
         lefts: dict[int, list[str]] = {}
         for symbol, x in zip(array.entries, array.output.entries, strict=True):
-            if isinstance(x, Expression) and x.operation != SYMBOL and x.id in forms:
+            if isinstance(x, Expression) and x.operation != op.SYMBOL and x.id in forms:
                 lefts.setdefault(x.id, []).append(symbol)
         lines += [Equation(" = ".join(symbols), forms[key].latex) for key, symbols in lefts.items()]
         if len(array.entries) > 1 and lefts:
@@ -116,42 +100,42 @@ def closed_equations(package: Package, function: Function, notation: Notation) -
 
 
 def _matrices(array: Array, forms: Mapping[int, ClosedForm]) -> Iterator[Equation]:
-    texts = [_closed(x, forms) for x in array.output.entries]
+    texts = [_latex(x, forms) for x in array.output.entries]
     for whole, entries in array.matrices(texts) if array.fits else ():
         if all(entries) and sum(map(visible_length, entries)) <= MAX_LENGTH:
             yield Equation(whole, matrix(entries, array.columns))
 
 
-def _closed(x: Operand, forms: Mapping[int, ClosedForm]) -> str:
+def _latex(x: Operand, forms: Mapping[int, ClosedForm]) -> str:
     if not isinstance(x, Expression):
         return number(x).signed()
     return forms[x.id].latex if x.id in forms else ""
 
 
 def written_out(roots: Iterable[Scalar]) -> dict[int, Size]:
-    """Sizes of the expressions as trees; sines and cosines count double, as sums of angles make two of each."""
+    """Sizes of expressions as trees; sines and cosines count double, as sums of angles double them."""
     sizes: dict[int, Size] = {}
     for node in reachable(roots):
         parts = [
-            sizes[x.id] if isinstance(x, Expression) else Size() for x in node.operands if node.operation != SYMBOL
+            sizes[x.id] if isinstance(x, Expression) else Size() for x in node.operands if node.operation != op.SYMBOL
         ]
         sizes[node.id] = _size(node.operation, parts)
     return sizes
 
 
 def _size(operation: str, parts: Sequence[Size]) -> Size:
-    operations = min(sum(part.operations for part in parts) + (operation not in (SYMBOL, PI)), 10**9)
-    if operation in (ADD, SUBTRACT):
+    operations = min(sum(part.operations for part in parts) + (operation not in (op.SYMBOL, op.PI)), 10**9)
+    if operation in (op.ADD, op.SUBTRACT):
         a, b = parts
         over, under = a.over * b.under + b.over * a.under, a.under * b.under
-    elif operation == MULTIPLY:
+    elif operation == op.MULTIPLY:
         over, under = parts[0].over * parts[1].over, parts[0].under * parts[1].under
-    elif operation == DIVIDE:
+    elif operation == op.DIVIDE:
         over, under = parts[0].over * parts[1].under, parts[0].under * parts[1].over
-    elif operation == NEGATE:
+    elif operation == op.NEGATE:
         over, under = parts[0].over, parts[0].under
     else:
-        over, under = (2 if operation in (SIN, COS) else 1), 1
+        over, under = (2 if operation in (op.SIN, op.COS) else 1), 1
     return Size(operations, min(over, 10**9), min(under, 10**9))
 
 
@@ -161,11 +145,11 @@ class Conversion:
     def __init__(self, sympy: Any, known: Mapping[int, Any] | None = None) -> None:
         self.sympy = sympy
         self.found = dict(known or {})
-        own: Functions = {
-            PI: lambda: sympy.pi,
-            COSPI: lambda a: sympy.cos(sympy.pi * a),
-            MINIMUM: sympy.Min,
-            MAXIMUM: sympy.Max,
+        own: op.Functions = {
+            op.PI: lambda: sympy.pi,
+            op.COSPI: lambda a: sympy.cos(sympy.pi * a),
+            op.MINIMUM: sympy.Min,
+            op.MAXIMUM: sympy.Max,
         }
         self.operations = library(sympy, own)
 
@@ -179,8 +163,8 @@ class Conversion:
         return self.found[x.id]
 
     def node(self, node: Expression) -> Any:
-        """The expression of a node whose operands are found."""
-        if node.operation == SYMBOL:
+        """The expression of a node whose operands are converted."""
+        if node.operation == op.SYMBOL:
             return self.sympy.Symbol(node.operands[0])
         operands = [self.found[x.id] if isinstance(x, Expression) else self(x) for x in node.operands]
         return self.operations[node.operation](*operands)
@@ -217,12 +201,12 @@ class _Printer:
     def __init__(self, sympy: Any, notation: Notation) -> None:
         self.sympy, self.notation = sympy, notation
         self.functions = {
-            sympy.sin: NAMED[SIN],
-            sympy.cos: NAMED[COS],
-            sympy.sign: NAMED[SIGN],
-            sympy.atan2: NAMED[ATAN2],
-            sympy.Min: NAMED[MINIMUM],
-            sympy.Max: NAMED[MAXIMUM],
+            sympy.sin: NAMED[op.SIN],
+            sympy.cos: NAMED[op.COS],
+            sympy.sign: NAMED[op.SIGN],
+            sympy.atan2: NAMED[op.ATAN2],
+            sympy.Min: NAMED[op.MINIMUM],
+            sympy.Max: NAMED[op.MAXIMUM],
         }
 
     def text(self, x: Any) -> Text:
@@ -261,8 +245,8 @@ class _Printer:
         if first is None:
             return self._sum([term._replace(negative=False) for term in terms])._replace(negative=True)
         terms.insert(0, terms.pop(first))
-        rest = "".join(f" {'-' if term.negative else '+'} {term.factor(PRODUCT)}" for term in terms[1:])
-        return Text(False, terms[0].signed() + rest, SUM)
+        tail = "".join(f" {'-' if term.negative else '+'} {term.factor(PRODUCT)}" for term in terms[1:])
+        return Text(False, terms[0].signed() + tail, SUM)
 
     def _power(self, base: Any, exponent: Any) -> Text:
         if exponent == self.sympy.Rational(1, 2):

@@ -18,10 +18,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symoro_elastic.codegen.arguments import as_numbers
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.real_numbers import real_numbers
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file
 from symoro_elastic.foundation.output_files import fill_folder
 
@@ -33,32 +35,44 @@ COMPILERS = ("gcc", "clang", "cc")
 STANDARD = ("-std=c99",)
 """The language; gcc then rounds each operation, and fuses products and sums without it."""
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
-FLAGS = (*STANDARD, *WARNINGS, "-fPIC", "-shared")
+ON_WINDOWS = os.name == "nt"
+FLAGS = (*STANDARD, *WARNINGS, *(() if ON_WINDOWS else ("-fPIC",)), "-shared")
+LIBRARIES = () if ON_WINDOWS else ("-lm",)
+"""Windows has its functions in the library of C, and code that can be anywhere."""
+LONGEST = 3600.0
+"""Timeout of a compiler, s: 30 joints with all derivatives need minutes."""
 MOST_OPTIMISED = 3000
-"""Statements of a function that an optimising compiler takes a few seconds for; -O0 takes a tenth of that."""
+"""Statements of a function that an optimising compiler handles in a few seconds; -O0 needs a tenth of that."""
 
 
-class CompilerMissing(Exception):
-    """There is no C compiler; the message says what to install."""
+class CompilerError(InputError):
+    """There is a C compiler to be installed, or to be mended."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__("symoro-elastic", "C compiler", what)
 
 
-class CompilationFailed(Exception):
-    """The compiler refused generated code; the message is its first complaint."""
+class CompilerMissing(CompilerError):
+    """No C compiler is installed; the message names the package."""
+
+
+class CompilationFailed(CompilerError):
+    """The compiler rejected generated code (with its first message), or produced no file."""
 
 
 def find_compiler() -> tuple[str, ...]:
-    """The command of the C compiler: $CC where it is set, else the first of gcc, clang, cc.
+    """The command of the C compiler: $CC if set, else the first available of gcc, clang, cc.
 
     Raises `CompilerMissing`.
     """
-    asked = os.environ.get("CC", "").strip()
-    if asked:
+    value = os.environ.get("CC", "").strip()
+    if value:
         try:
-            command = words(asked)
+            command = words(value)
         except ValueError:
-            raise CompilerMissing(f"CC is {asked!r}, with an unmatched quotation mark: close it, or unset CC") from None
+            raise CompilerMissing(f"CC is {value!r}, with an unmatched quotation mark: close it, or unset CC") from None
         if shutil.which(command[0]) is None:
-            raise CompilerMissing(f"CC is {asked!r}, and there is no such program: set CC to a C compiler, or unset it")
+            raise CompilerMissing(f"CC is {value!r}, and there is no such program: set CC to a C compiler, or unset it")
         return command
     for name in COMPILERS:
         if shutil.which(name):
@@ -69,11 +83,34 @@ def find_compiler() -> tuple[str, ...]:
 
 
 def words(command: str) -> tuple[str, ...]:
-    """Return the words of a command as a shell takes them; raises `ValueError`, the command, for an open quotation."""
+    """Return the words of a command as a shell splits them; the path of a file is a single word even with blanks.
+
+    Raises `ValueError`, the command, for an open quotation.
+    """
+    if is_plain_file(command):
+        return (command,)
     try:
-        return tuple(shlex.split(command))
+        split = shlex.split(command, posix=not ON_WINDOWS)  # Windows has backslashes in paths
     except ValueError:
         raise ValueError(command) from None
+    return tuple(word.strip('"') for word in split) if ON_WINDOWS else tuple(split)
+
+
+def run_program(command: Sequence[str], folder: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a program of a compiler and return its output, in any encoding.
+
+    Raises `CompilationFailed` where it cannot be started, and where it does not end.
+    """
+    try:
+        return subprocess.run(
+            command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace",
+            timeout=LONGEST, check=False,
+        )  # fmt: skip
+    except OSError as error:
+        what = f"cannot be started ({error.strerror}): set CC to a C compiler, or unset it"
+    except subprocess.TimeoutExpired:
+        what = f"has not ended in {LONGEST:g} s: ask for fewer models, or set CC to another compiler"
+    raise CompilationFailed(f"{command[0]}: {what}")
 
 
 def optimisation(package: Package) -> str:
@@ -96,7 +133,7 @@ def compile_library(
     command = [*(compiler or find_compiler()), *FLAGS, *flags]
     sources = sources or [name for name in files if name.endswith(".c")]
     library = folder / f"{Path(sources[0]).stem}.so"
-    return _compiled(files, [*command, *sources, "-o", library.name, "-lm"], library)
+    return _run_compiler(files, [*command, *sources, "-o", library.name, *LIBRARIES], library)
 
 
 def compile_object(
@@ -104,26 +141,26 @@ def compile_object(
 ) -> Path:
     """Write C files (name to text) into a folder, compile one of them, return the object file.
 
-    `flags` are all that the code depends on; warnings are errors beside them. Raises `CompilationFailed`.
+    `flags` are the options of the code; warnings are errors in addition. Raises `CompilationFailed`.
     """
-    made = folder / f"{Path(source).stem}.o"
-    return _compiled(files, [*compiler, *WARNINGS, *flags, "-c", source, "-o", made.name], made)
+    target = folder / f"{Path(source).stem}.o"
+    return _run_compiler(files, [*compiler, *WARNINGS, *flags, "-c", source, "-o", target.name], target)
 
 
-def _compiled(files: Mapping[str, str], command: Sequence[str], made: Path) -> Path:
-    """What a command makes of files in its folder."""
-    fill_folder(made.parent, files)
-    done = subprocess.run(command, cwd=made.parent, capture_output=True, text=True, check=False)
+def _run_compiler(files: Mapping[str, str], command: Sequence[str], target: Path) -> Path:
+    """Write files into the folder of the target, run a command there, and return the target."""
+    fill_folder(target.parent, files)
+    done = run_program(command, target.parent)
     if done.returncode:
         raise CompilationFailed(f"{command[0]}: {_first_complaint(done.stderr)}")
-    if not is_plain_file(made):
+    if not is_plain_file(target):
         kind = (
             "object file, is it a C compiler?"
-            if made.suffix == ".o"
+            if target.suffix == ".o"
             else "library: set CC to a C compiler, or unset it"
         )
         raise CompilationFailed(f"{command[0]}: wrote no {kind}")
-    return made
+    return target
 
 
 def _first_complaint(messages: str) -> str:
@@ -147,14 +184,9 @@ class CompiledPackage:
             arrays = len(package.inputs(function)) + len(function.results)
             self._entries[name] = _entry(loaded, in_c, arrays)
             if function.arguments:
-                with suppress(AttributeError):
+                with suppress(CompilationFailed):
                     self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
         self._defaults = np.array([parameter.value for parameter in package.parameters], dtype=float)
-
-    def close(self) -> None:
-        """Close the library, as soon as no call is running; calls raise `ValueError` from now on."""
-        self._entries.clear()
-        self._batches.clear()
 
     def call(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
         """Results by name of a function such as `direct_dynamics` at q=..., qd=..., tau=..., p=....
@@ -162,9 +194,7 @@ class CompiledPackage:
         Leading axes broadcast; p defaults to the machine's values. Raises `ValueError` naming
         the array whose shape is wrong, `TypeError` for arguments that the function has not.
         """
-        signature, entry = self._functions[function], self._entries.get(function)
-        if entry is None:
-            raise ValueError(f"the model of {self.package.name} is closed: load it again")
+        signature, entry = self._functions[function], self._entries[function]
         inputs = self._inputs(signature, arrays)
         lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs))
         states = math.prod(lead)
@@ -173,10 +203,10 @@ class CompiledPackage:
         steps = [(array.ctypes.data, array.strides[0]) for array in (*rows, *results)]
         for state in range(states):
             entry(*(address + state * stride for address, stride in steps))
-        return self._named(signature, results, lead)
+        return self._by_name(signature, results, lead)
 
     def call_batch(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
-        """Results by name at many states, as `call` gives them, by one call of the batch entry; one p for all.
+        """Results by name at many states, as of `call`, by a single call of the batch entry; one p for all.
 
         Raises `KeyError` where the library was compiled without the files of the target `c-batch`.
         """
@@ -188,7 +218,7 @@ class CompiledPackage:
         results = [np.empty((math.prod(result.shape), states), self.type) for result in signature.results]
         parameters = np.ascontiguousarray(p, self.type)
         self._batches[function](states, *(array.ctypes.data for array in (*columns, parameters, *results)))
-        return self._named(signature, [np.ascontiguousarray(array.T) for array in results], lead)
+        return self._by_name(signature, [np.ascontiguousarray(array.T) for array in results], lead)
 
     def _rows(self, array: Array, lead: tuple[int, ...]) -> Array:
         """An array broadcast to the leading axes, one state a row."""
@@ -196,7 +226,7 @@ class CompiledPackage:
         wide = array if array.shape[:-1] == lead else np.broadcast_to(array, (*lead, size))
         return np.ascontiguousarray(wide, self.type).reshape(math.prod(lead), size)
 
-    def _named(self, signature: Function, results: Sequence[Array], lead: tuple[int, ...]) -> dict[str, Array]:
+    def _by_name(self, signature: Function, results: Sequence[Array], lead: tuple[int, ...]) -> dict[str, Array]:
         return {
             result.name: array.reshape((*lead, *result.shape))
             for result, array in zip(signature.results, results, strict=True)
@@ -204,10 +234,10 @@ class CompiledPackage:
 
     def _inputs(self, signature: Function, arrays: Mapping[str, ArrayLike]) -> list[Array]:
         sizes = self.package.inputs(signature)
-        given: dict[str, ArrayLike] = {"p": self._defaults, **arrays}
-        if given.keys() != sizes.keys():
+        inputs: dict[str, ArrayLike] = {"p": self._defaults, **arrays}
+        if inputs.keys() != sizes.keys():
             raise TypeError(f"{signature.name} takes {', '.join(sizes)}, not {', '.join(arrays)}")
-        return [_checked(name, given[name], size) for name, size in sizes.items()]
+        return [as_numbers(name, real_numbers(inputs[name]), ((size,),)) for name, size in sizes.items()]
 
 
 def compile_package(
@@ -237,20 +267,22 @@ def load_library(library: Path) -> ctypes.CDLL:
         loaded = ctypes.CDLL(str(library.resolve()))
     except OSError as error:
         raise CompilationFailed(f"what the compiler wrote cannot be loaded: {error}") from None
-    if close := getattr(_ctypes, "dlclose", None):
+    if close := getattr(_ctypes, "dlclose", None) or getattr(_ctypes, "FreeLibrary", None):
         weakref.finalize(loaded, close, loaded._handle).atexit = False
     return loaded
 
 
+def function_in(library: ctypes.CDLL, name: str) -> Any:
+    """Return a function of a library; raises `CompilationFailed` where it has none of that name."""
+    try:
+        return library[name]
+    except AttributeError:
+        what = f"the library that the compiler wrote has no function {name}: is CC a C compiler?"
+        raise CompilationFailed(what) from None
+
+
 def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:
-    """A function of the library that takes some numbers, then arrays."""
-    entry = library[name]
+    """A function of the library with numbers, then arrays, as arguments."""
+    entry = function_in(library, name)
     entry.argtypes, entry.restype = [*first, *[ctypes.c_void_p] * arrays], None
     return entry
-
-
-def _checked(name: str, value: ArrayLike, size: int) -> Array:
-    array = np.asarray(real_numbers(value), dtype=float)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"{name} has shape {array.shape}: (..., {size}) is expected")
-    return array

@@ -1,4 +1,4 @@
-"""Fixed point: an integer of 32 bits for each number of a program, in units of a power of two of its own.
+"""Fixed point: integers of 32 bits for the numbers of a program, in individual units that are powers of two.
 
 A number z is held as a whole number n, z = n 2^-bits, |n| < 2^31. Angles that only sines and cosines are taken of are
 parts of a turn, of 2^-32 each: integers that wrap around reduce them exactly.
@@ -6,8 +6,9 @@ parts of a turn, of 2^-32 each: integers that wrap around reduce them exactly.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -18,15 +19,17 @@ from symoro_elastic.symbolic.program import Program
 
 LARGEST = 2**31 - 1
 MOST_BITS = 90
-"""Of a number that is hardly more than zero."""
+"""Maximum number of bits, for numbers that are nearly zero."""
 LONGEST_SHIFT, LONGEST_OF_PRODUCT = 31, 62
-"""By how many bits a number, and a product of two, can be shifted: what is shifted further is less than half a unit."""
+"""Longest shifts of a number and of a product: longer ones leave less than half a unit."""
 OF_CIRCLE = 30
 """Bits of sines, cosines and signs, which may be 1."""
 TURN_BITS = 32
-"""An angle is a whole number of 2^-32 turns."""
+"""Bits of an angle, which is an integer of 2^-32 turns."""
 DIGITS = 60
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459")
+TURN = 2 * PI / 2**TURN_BITS
+"""The unit of an angle that is a part of a turn, rad."""
 
 
 class Quantized(NamedTuple):
@@ -37,20 +40,24 @@ class Quantized(NamedTuple):
 
     @property
     def exact(self) -> Fraction:
-        """The number that it stands for."""
+        """The value."""
         return Fraction(self.value) * Fraction(2) ** -self.bits
 
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """The `bits` behind the binary point of each node, by its number; those in `turns` are parts of a turn."""
+    """The `bits` after the binary point, by number of the node; nodes in `turns` are fractions of a turn.
+
+    `only_limited` are the bits of arguments that only the box depends on, by name; None of a part of a turn.
+    """
 
     bits: Mapping[int, int]
     turns: frozenset[int]
+    only_limited: Mapping[str, int | None] = field(default_factory=dict)
 
 
 def bits_of(magnitude: Fraction) -> int:
-    """The most bits behind the binary point with which numbers of this magnitude fit."""
+    """The most bits after the binary point with which numbers of this magnitude fit."""
     if not magnitude:
         return MOST_BITS
     bits = 31 - (magnitude.numerator.bit_length() - magnitude.denominator.bit_length())
@@ -59,14 +66,14 @@ def bits_of(magnitude: Fraction) -> int:
     return min(bits, MOST_BITS)
 
 
-def quantized(x: Fraction, most: int = MOST_BITS) -> Quantized:
+def quantize(x: Fraction, most: int = MOST_BITS) -> Quantized:
     """A number rounded to nearest, with as many bits as fit, but not more than `most`."""
     bits = min(bits_of(abs(x)), most)
     return Quantized(round(x * Fraction(2) ** bits), bits)
 
 
 def number_of(x: Operand) -> Fraction | None:
-    """The value of a constant, of an expression of numbers to 60 digits; None of what depends on anything."""
+    """The value of a constant, or of an expression of numbers to 60 digits; None for variables."""
     if not isinstance(x, Expression):
         return Fraction(x)
     if x.level != Level.CONSTANT:
@@ -75,7 +82,7 @@ def number_of(x: Operand) -> Fraction | None:
 
 
 def power_of_two(x: Operand) -> int | None:
-    """The exponent of a constant that is a power of two or the negative of one; None of others."""
+    """The exponent of a constant that is plus or minus a power of two; None for other operands."""
     if isinstance(x, Expression) or not x:
         return None
     over, under = map(int, abs(Fraction(x)).as_integer_ratio())
@@ -85,35 +92,41 @@ def power_of_two(x: Operand) -> int | None:
 
 
 def turn_factor(bits: int) -> Quantized:
-    """What turns angles in units of 2^-`bits` rad into units of 2^-32 turns; raises `OverflowError` for huge ones."""
+    """Factor from angles in units of 2^-`bits` rad to units of 2^-32 turns; raises `OverflowError` for huge angles."""
     factor = Fraction(2) ** (TURN_BITS - bits) / (2 * PI)
-    found = quantized(factor, LONGEST_OF_PRODUCT)
-    if found.bits < 1:
+    rounded = quantize(factor, LONGEST_OF_PRODUCT)
+    if rounded.bits < 1:
         raise OverflowError("an angle may be beyond 2^30 rad")
-    return found
+    return rounded
 
 
-def unit_of_turn() -> float:
-    """The unit of an angle that is a part of a turn, rad."""
-    return float(2 * PI / 2**TURN_BITS)
+def whole_units(low: float, high: float, unit: Fraction) -> tuple[int, int]:
+    """The first and last integer multiple of a unit in a range; the last is less if there is none."""
+    return math.ceil(Fraction(low) / unit), math.floor(Fraction(high) / unit)
+
+
+def is_any_angle(low: float, high: float) -> bool:
+    """Whether a range of angles, rad, covers a full turn."""
+    first, last = whole_units(low, high, TURN)
+    return last - first >= (1 << TURN_BITS) - 1
 
 
 def turning(program: Program) -> frozenset[int]:
-    """The numbers of the nodes of which nothing but sines and cosines is taken, and that sums and multiples make.
+    """The numbers of nodes that occur in sines and cosines only, directly or through sums and multiples.
 
     They may be off by whole turns. Multiples are by whole numbers.
     """
     state = [node for node in program.nodes if node.level == Level.STATE]
     values = {x.id for output in program.outputs for x in output.entries if isinstance(x, Expression)}
     while True:
-        found: set[int] = set()
+        turns: set[int] = set()
         for node in state:
-            if node.id not in values and _keeps_turns(node, found):
-                found.add(node.id)
-        others = [node for node in state if node.operation not in (SIN, COS) and node.id not in found]
-        more = values.union(*({x.id for x in node.needs} for node in others))
+            if node.id not in values and _keeps_turns(node, turns):
+                turns.add(node.id)
+        remaining = [node for node in state if node.operation not in (SIN, COS) and node.id not in turns]
+        more = values.union(*({x.id for x in node.needs} for node in remaining))
         if more == values:
-            return frozenset(found)
+            return frozenset(turns)
         values = more
 
 

@@ -1,4 +1,4 @@
-"""What a function guarantees where its arguments are in a box, and the function that tells whether they are."""
+"""Guarantees of a function for arguments in a box, and the function that tests whether they are in it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from symoro_elastic.codegen.templates import LINE
 
 @dataclass(frozen=True)
 class EntryRange:
-    """The range of one entry of an argument, its ends included."""
+    """The closed range of an entry of an argument."""
 
     argument: str
     entry: int
@@ -22,7 +22,7 @@ class EntryRange:
 
 @dataclass(frozen=True)
 class Guaranteed:
-    """The box of a function in one precision, and what holds there in sentences."""
+    """The box of a function in a precision, and the sentences on its guarantees."""
 
     ranges: tuple[EntryRange, ...]
     sentences: tuple[str, ...]
@@ -35,18 +35,18 @@ class Guaranteed:
     def ends(self, argument: str, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Lower and upper ends of all entries of an argument; infinite where an entry does not count."""
         low, high = [-math.inf] * size, [math.inf] * size
-        for one in self.ranges:
-            if one.argument == argument:
-                low[one.entry], high[one.entry] = one.low, one.high
+        for span in self.ranges:
+            if span.argument == argument:
+                low[span.entry], high[span.entry] = span.low, span.high
         return tuple(low), tuple(high)
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """The arguments of which entries have ranges."""
-        return tuple(dict.fromkeys(one.argument for one in self.ranges))
+        """The arguments with ranges."""
+        return tuple(dict.fromkeys(span.argument for span in self.ranges))
 
 
 def conditions(ranges: Sequence[EntryRange], cast: str = "") -> list[str]:
     """Comparisons in C, of doubles; all of them hold in the box, and none holds for NaN."""
-    entries = [(f"{cast}{one.argument}[{one.entry}]", one) for one in ranges]
-    return [text for entry, one in entries for text in (f"{entry} >= {one.low!r}", f"{entry} <= {one.high!r}")]
+    entries = [(f"{cast}{span.argument}[{span.entry}]", span) for span in ranges]
+    return [text for entry, span in entries for text in (f"{entry} >= {span.low!r}", f"{entry} <= {span.high!r}")]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -14,9 +13,9 @@ from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.symbolic.program import Statement, by_section
 
 LARGEST_FRAME = 2560
-"""Bytes of stack that a realtime function of LinuxCNC may take."""
+"""Stack limit of a realtime function of LinuxCNC, bytes."""
 OTHERS = 560
-"""Bytes of them that are left to registers and to calls."""
+"""Bytes reserved for registers and calls."""
 
 
 class HalWriter(Writer):
@@ -35,35 +34,31 @@ class HalFunction:
     """A model of a package as a static function: `<name>_<model>(arguments, results)`."""
 
     def __init__(self, package: Package, function: Function, static: bool | None = None) -> None:
-        """`static` puts variables out of the stack; None: those of a large model."""
+        """`static` makes variables static; None: those of a large model."""
         self.package, self.function = package, function
         self.name = f"{package.name}_{function.name}"
         self.own = {operation: f"{package.name}_{operation}" for operation in OWN_FUNCTIONS}
         self.printer = Printer(function.program, functions=self.own)
         self.writer = HalWriter(self.printer, C, package.joint_names)
-        self.lines = [*self._statements(), *self._stored()]
-        self.entries = {
-            symbol: f"{one.name}[{k}]" for one in function.program.inputs for k, symbol in enumerate(one.symbols)
-        }
+        program, writer = function.program, self.writer
+        self.lines = [*writer.statements(program.once), *writer.statements(program.statements), *self._stores()]
+        self.entries = {symbol: f"{x.name}[{k}]" for x in program.inputs for k, symbol in enumerate(x.symbols)}
         self.read = [symbol for symbol in self.entries if symbol in self.printer.referenced]
-        made = [s.name for s in (*function.program.once, *function.program.statements)]
-        self.variables = [*self.read, *made]
+        self.variables = [*self.read, *(s.name for s in (*program.once, *program.statements))]
         self.is_static = 8 * len(self.variables) > LARGEST_FRAME - OTHERS if static is None else static
 
     @property
     def called(self) -> set[str]:
-        """The operations that it calls functions of its own for."""
+        """The operations for which it calls own functions."""
         return {key for key, name in self.own.items() if any(f"{name}(" in line for line in self.lines)}
 
     def text(self) -> str:
         """Return the definition."""
-        return "\n".join([*self._head(), "{", *self._declared(), *self._unread(), *self._copied(), *self.lines, "}"])
+        copies = [f"{INDENT}{symbol} = {self.entries[symbol]};" for symbol in self.read]
+        body = [*self._declarations(), *self._unread(), "", *copies, *self.lines]
+        return "\n".join([*self._head(), "{", *body, "}"])
 
-    def _statements(self) -> list[str]:
-        program = self.function.program
-        return [*self.writer.statements(program.once), *self.writer.statements(program.statements)]
-
-    def _stored(self) -> list[str]:
+    def _stores(self) -> list[str]:
         lines = ["", f"{INDENT}/* Results. */"]
         for output in self.function.program.outputs:
             for k, x in enumerate(output.entries):
@@ -77,7 +72,7 @@ class HalFunction:
         arrays += [f"double {x.name}[{len(x.entries)}]" for x in self.function.program.outputs if x.entries]
         yield with_arguments(f"static void {self.name}", arrays)
 
-    def _declared(self) -> Iterator[str]:
+    def _declarations(self) -> Iterator[str]:
         """Parameters that are read, and variables, many a line."""
         for p in self.package.parameters:
             if p.symbol in self.printer.referenced:
@@ -90,10 +85,7 @@ class HalFunction:
             yield f"{INDENT}{kind} {line.rstrip(',')};"
 
     def _unread(self) -> Iterator[str]:
-        """Lines that tell the compiler which arguments are not read."""
-        for one in self.function.program.inputs:
-            if one.symbols and not {*one.symbols} & {*self.read}:
-                yield f"{INDENT}(void){one.name};"
-
-    def _copied(self) -> Iterator[str]:
-        yield from itertools.chain([""], (f"{INDENT}{symbol} = {self.entries[symbol]};" for symbol in self.read))
+        """Lines that mark unread arguments for the compiler."""
+        for argument in self.function.program.inputs:
+            if argument.symbols and not {*argument.symbols} & {*self.read}:
+                yield f"{INDENT}(void){argument.name};"

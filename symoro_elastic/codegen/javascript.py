@@ -1,4 +1,4 @@
-"""A program as a JavaScript function: the same statements on the numbers of a browser, which are doubles."""
+"""A program as a JavaScript function: the same statements on the browser's numbers, which are doubles."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def javascript_function(name: str, program: Program) -> str:
     No parameter may be left in the program. Names of a user are not printed: an entry of an array is `q[3]`.
     """
     entries = {symbol: f"{x.name}[{k}]" for x in program.inputs for k, symbol in enumerate(x.symbols)}
-    left = program.used - entries.keys()
-    if left:
-        raise ValueError(f"parameters without value: {', '.join(sorted(left))}")
+    missing = program.used - entries.keys()
+    if missing:
+        raise ValueError(f"parameters without value: {', '.join(sorted(missing))}")
     program = _with_identifiers(rename_variables(program, entries))
     printer = Printer(program, functions=JAVASCRIPT.functions)
     writer = Writer(printer, JAVASCRIPT, ())
@@ -41,16 +41,16 @@ def javascript_function(name: str, program: Program) -> str:
 
 def _with_identifiers(program: Program) -> Program:
     """The program with variables whose names are identifiers, each another one: coordinates of a base have dots."""
-    taken = {*IN_USE}
+    used = {*IN_USE}
 
     def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
-        found = []
+        renamed = []
         for statement in statements:
             name = re.sub(r"[^A-Za-z0-9_]", "_", statement.name)
-            while name in taken:
+            while name in used:
                 name += "_"
-            taken.add(name)
-            found.append(statement._replace(name=name))
-        return tuple(found)
+            used.add(name)
+            renamed.append(statement._replace(name=name))
+        return tuple(renamed)
 
     return replace(program, once=of(program.once), statements=of(program.statements))

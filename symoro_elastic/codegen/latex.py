@@ -12,41 +12,28 @@ from symoro_elastic.codegen.notation import Notation, user_symbol
 from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.quantities import Quantity
-from symoro_elastic.quantities.frames import BASE, frame_names
+from symoro_elastic.quantities.frames import BASE, JOINT, ROW
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.expression import Constant, Expression, Operand
-from symoro_elastic.symbolic.operations import (
-    ATAN2,
-    COS,
-    COSPI,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SYMBOL,
-)
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
 
 MATRIX = 8
 LONG = 60
 NUMBER = re.compile(r"(?:\\frac\{)?\d")
 NAMED = {
-    SIN: r"\sin",
-    COS: r"\cos",
-    SIGN: r"\operatorname{sign}",
-    ATAN2: r"\operatorname{atan2}",
-    COSPI: r"\cos",
-    MINIMUM: r"\min",
-    MAXIMUM: r"\max",
+    op.SIN: r"\sin",
+    op.COS: r"\cos",
+    op.SIGN: r"\operatorname{sign}",
+    op.ATAN2: r"\operatorname{atan2}",
+    op.COSPI: r"\cos",
+    op.MINIMUM: r"\min",
+    op.MAXIMUM: r"\max",
 }
 
 
 @dataclass(frozen=True)
 class Equation:
-    """`left = right`, both LaTeX; a sum may be broken before ` + ` and ` - ` outside braces."""
+    """`left = right` in LaTeX; a sum may be broken before ` + ` and ` - ` outside braces."""
 
     left: str
     right: str
@@ -54,7 +41,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Stretch:
-    """The equations of one section of a program."""
+    """The equations of a section of a program."""
 
     section: Section
     equations: tuple[Equation, ...]
@@ -72,7 +59,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Array:
-    """A result as it is written: symbols of its entries, of the vector or the matrices it is made of, their columns."""
+    """A result in print: symbols of its entries, of its vector or matrices, and of their columns."""
 
     output: Output
     entries: tuple[str, ...]
@@ -86,7 +73,7 @@ class Array:
         return 0 < rows <= MATRIX and self.columns <= MATRIX
 
     def matrices(self, texts: Sequence[str]) -> Iterator[tuple[str, Sequence[str]]]:
-        """Symbol and entries of each."""
+        """Symbols and entries of its matrices."""
         size = len(texts) // max(1, len(self.wholes))
         for k, whole in enumerate(self.wholes):
             yield whole, texts[k * size : (k + 1) * size]
@@ -119,7 +106,7 @@ class LatexPrinter(Printer):
     def equation(self, statement: Statement) -> Equation:
         """A statement; a function of a lone symbol needs no brackets there."""
         node = statement.node
-        if node.operation in (SIN, COS, SIGN) and not statement.negative:
+        if node.operation in (op.SIN, op.COS, op.SIGN) and not statement.negative:
             argument = self.text(node.operands[0])
             if argument.binding == ATOM and not argument.negative:
                 return Equation(self.notation[statement.name], f"{NAMED[node.operation]} {argument.text}")
@@ -132,20 +119,20 @@ class LatexPrinter(Printer):
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out, its sign reversed when `flipped`."""
         operation, operands = node.operation, node.operands
-        if operation == SYMBOL:
+        if operation == op.SYMBOL:
             return Text(flipped, self.notation[operands[0]], ATOM)
-        if operation == PI:
+        if operation == op.PI:
             return Text(flipped, r"\pi", ATOM)
-        if operation == MULTIPLY:
+        if operation == op.MULTIPLY:
             return product(self.text(operands[0]), self.text(operands[1]), flipped)
-        if operation == DIVIDE:
+        if operation == op.DIVIDE:
             over, under = map(self.text, operands)
             return Text((over.negative != under.negative) != flipped, rf"\frac{{{over.text}}}{{{under.text}}}", ATOM)
-        if operation == SQRT:
+        if operation == op.SQRT:
             return Text(flipped, rf"\sqrt{{{self.value(operands[0])}}}", ATOM)
         if operation in NAMED:
             arguments = [self.value(x) for x in operands]
-            if operation == COSPI:
+            if operation == op.COSPI:
                 arguments = [_turn(operands[0])]
             return Text(flipped, f"{NAMED[operation]}({', '.join(arguments)})", ATOM)
         return super().operation(node, flipped)
@@ -156,10 +143,10 @@ def product(first: Text, second: Text, flipped: bool = False) -> Text:
     negative = (first.negative != second.negative) != flipped
     if NUMBER.match(second.text):
         first, second = second, first
-    left, right = first.factor(PRODUCT), second.factor(PRODUCT)
-    if left == right and "^" not in left and first.binding != PRODUCT:
-        return Text(negative, f"{left}^{{2}}", ATOM)
-    return Text(negative, rf"{left} \cdot {right}" if NUMBER.match(right) else rf"{left}\,{right}", PRODUCT)
+    before, after = first.factor(PRODUCT), second.factor(PRODUCT)
+    if before == after and "^" not in before and first.binding != PRODUCT:
+        return Text(negative, f"{before}^{{2}}", ATOM)
+    return Text(negative, rf"{before} \cdot {after}" if NUMBER.match(after) else rf"{before}\,{after}", PRODUCT)
 
 
 def _turn(halves: Constant) -> str:
@@ -169,7 +156,7 @@ def _turn(halves: Constant) -> str:
 
 
 def number(value: Constant) -> Text:
-    r"""A constant: whole, decimal as in double precision, m \cdot 10^{e}, or a fraction with small terms."""
+    r"""A constant: integer, decimal as in double precision, m \cdot 10^{e}, or a fraction with small terms."""
     size = abs(Fraction(value))
     decimal = Decimal(repr(float(size))).normalize()
     if Fraction(decimal) != size and max(size.numerator, size.denominator) < 1000:
@@ -195,17 +182,26 @@ def arrays(package: Package, function: Function) -> list[Array]:
 
 def _array(package: Package, output: Output, result: Result) -> Array:
     names, quantity = result.rows, result.quantity
-    numbers = {name: str(j) for j, name in enumerate(frame_names(package.joint_names)) if j}
+    joints, frames = _numbers(package)
+    numbers = frames if quantity.axes[0] == "frames" else joints
     rows = [_row(quantity, names[k] if k < len(names) else "", k + 1, numbers) for k in range(output.shape[0])]
     entries = rows
     for axis, size in enumerate(output.shape[1:], start=2):
         indices = [str(k + 1) for k in range(size)]
         if axis == len(output.shape):
-            indices = _columns(package, result, numbers) or indices
+            indices = _columns(package, result, joints) or indices
         entries = [f"{entry},{index}" for entry in entries for index in indices]
     wholes = [f"{row}}}" for row in rows] if len(output.shape) == 3 else [quantity.symbol]
     columns = output.shape[-1] if len(output.shape) > 1 else 1
     return Array(output, tuple(f"{entry}}}" for entry in entries), tuple(wholes), columns)
+
+
+def _numbers(package: Package) -> tuple[dict[str, str], dict[str, str]]:
+    """Numbers of joints by their names, and of frames, named ones included."""
+    numbered = [(name, str(j)) for j, name in enumerate(package.joint_names, start=1)]
+    rows, others = numbered[: len(package.antecedents)], numbered[len(package.antecedents) :]
+    joints = {f"{what}{name}": j for name, j in rows for what in ("", f"{JOINT} ", f"{ROW} ")}
+    return joints, {name: j for name, j in joints.items() if name != BASE} | dict(others)
 
 
 def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> list[str]:
@@ -219,7 +215,7 @@ def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> li
 
 
 def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) -> str:
-    """Symbol and first index, numbered by joint or frame; what a frame is seen from stands to the left.
+    """Symbol and first index, numbered by joint or frame; the observer frame is the left superscript.
 
     The index of a degree of freedom of the base is 0, and its number.
     """
@@ -227,10 +223,10 @@ def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) 
         return f"{quantity.symbol}_{{0,{count}"
     name, _, place = name.partition(" in ")
     home = "0" if quantity.frame0 else ""
-    left = numbers.get(place, "0") if place else home
+    observer = numbers.get(place, "0") if place else home
     index = numbers.get(name, "0" if place else str(count))
     first = f"{quantity.index}," if quantity.index else ""
-    return (f"{{}}^{{{left}}}" if left else "") + f"{quantity.symbol}_{{{first}{index}"
+    return (f"{{}}^{{{observer}}}" if observer else "") + f"{quantity.symbol}_{{{first}{index}"
 
 
 def _result(printer: LatexPrinter, array: Array) -> Iterator[Equation]:

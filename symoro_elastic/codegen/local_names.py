@@ -1,4 +1,4 @@
-"""Names of local variables that do not clash with those of generated code itself."""
+"""Names of local variables that do not clash with names of the generated code."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
         used |= {a.name for a in function.arguments} | {r.name for r in function.results}
     prefixes = (f"{package.name}_", f"{package.name.upper()}_")
     symbols = {*_symbols(package)}
-    taken = used | symbols | {s.name for f in package.functions for s in (*f.program.once, *f.program.statements)}
+    reserved = used | symbols | {s.name for f in package.functions for s in (*f.program.once, *f.program.statements)}
     names: dict[str, str] = {}
     for name in sorted(symbols):
         if name in used or name.startswith(prefixes):
-            names[name] = _free(name, prefixes, taken)
-            taken.add(names[name])
+            names[name] = _free(name, prefixes, reserved)
+            reserved.add(names[name])
     if not names:
         return package
     return replace(
@@ -38,7 +38,7 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
 def with_own_results(package: Package) -> Package:
     """Return the package with names of results that no argument of the function has: `q_dep_out` for q_dep.
 
-    In C both are parameters of one function.
+    In C both are parameters of the same function.
     """
     return replace(package, functions=tuple(map(of_own_results, package.functions)))
 
@@ -63,7 +63,7 @@ def _symbols(package: Package) -> Iterator[str]:
 
 
 def _free(name: str, prefixes: tuple[str, ...], taken: Collection[str]) -> str:
-    """The name with an underscore behind it, or where that is taken with a number, and before it where it must be."""
+    """The name with an underscore after it, then with a number, and with one before it where needed."""
     stem = f"of_{name}" if name.startswith(prefixes) else name
     number, found = 1, f"{stem.rstrip('_')}_"
     while found in taken:

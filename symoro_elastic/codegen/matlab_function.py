@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
 from symoro_elastic.codegen.body import Dialect, Writer
+from symoro_elastic.codegen.c.calls import CalledArray
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
-from symoro_elastic.codegen.matlab_arrays import MatlabArray, of_argument, of_result
-from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.package import Argument, Function, Package, Result
 from symoro_elastic.codegen.package_context import SINGULAR, count_text
 from symoro_elastic.codegen.printers import ATOM, OPERATORS, Printer, Rule, Text, product, quotient
 from symoro_elastic.codegen.target import words
@@ -26,24 +27,26 @@ KEYWORDS = words(
     try until unwind_protect unwind_protect_cleanup while
     """
 )
-"""Of MATLAB and GNU Octave."""
+"""Keywords of MATLAB and GNU Octave."""
 CONSTANTS = words("ans e eps i I inf Inf j J NA nan NaN pi Inf true false")
-"""Names that both give a value."""
+"""Names of constants in both."""
 OWN = words(
     """
     atan2 checked cos error isnan max maximum min minimum nargin p permute real_sqrt reshape sign sin sqrt states zeros
     """
 )
 """Functions that are called, and identifiers of the templates."""
+LISTS = ("frames", "solutions", "loops")
+"""Axes along which results have a page or a column: the first axis of the quantity's shape, here the last."""
 
 
-def _continued(head: str, parts: list[str]) -> str:
+def _join_lines(head: str, parts: list[str]) -> str:
     return " ...\n        ".join([head + parts[0], *parts[1:]])
 
 
 EXTREMA = (MINIMUM, MAXIMUM)
-"""Those of MATLAB leave out NaN."""
-MATLAB = Dialect("", ";", lambda text: f"% {text}", _continued, {SQRT: "real_sqrt"})
+"""Functions of extrema, which ignore NaN in MATLAB."""
+MATLAB = Dialect("", ";", lambda text: f"% {text}", _join_lines, {SQRT: "real_sqrt"})
 
 
 def _product(flipped: bool, first: Text, second: Text) -> Text:
@@ -59,14 +62,14 @@ def _is_literal(text: Text) -> bool:
 
 
 class MatlabPrinter(Printer):
-    """Operators that are elementwise; those with a literal need no dot."""
+    """Prints elementwise operators; operators with a literal need no dot."""
 
     operators: ClassVar[Mapping[str, Rule]] = {**OPERATORS, MULTIPLY: _product, DIVIDE: _quotient}
 
 
 @dataclass(frozen=True)
 class MatlabFunction:
-    """What the template of a function is given."""
+    """Template data of a function."""
 
     name: str
     title: str
@@ -79,7 +82,7 @@ class MatlabFunction:
 
     @property
     def left(self) -> str:
-        """The results, as they stand on the left of a call."""
+        """The results, as the left side of a call."""
         names = [result.name for result in self.results]
         return names[0] if len(names) == 1 else f"[{', '.join(names)}]"
 
@@ -90,15 +93,15 @@ class MatlabFunction:
 
 
 def matlab_name(name: str) -> str:
-    """Return the name of the package of functions: that of the machine, unless MATLAB uses it."""
+    """Return the name of the package: that of the machine, unless MATLAB reserves it."""
     return f"{name}_" if name in KEYWORDS | CONSTANTS else name
 
 
 def with_matlab_names(package: Package) -> Package:
-    """Return the package with local names that MATLAB takes: no keywords, at most 63 characters."""
+    """Return the package with valid local names of MATLAB: no keywords, at most 63 characters."""
     package = with_local_names(with_own_results(package), OWN | KEYWORDS | CONSTANTS | {matlab_name(package.name)})
-    taken = {p.symbol for p in package.parameters}
-    long = {name: _shortened(name, taken) for name in sorted(taken) if len(name) > LONGEST_NAME}
+    used = {p.symbol for p in package.parameters}
+    long = {name: _shorten(name, used) for name in sorted(used) if len(name) > LONGEST_NAME}
     return replace(
         package,
         parameters=tuple(replace(p, local=long.get(p.symbol, p.symbol)) for p in package.parameters),
@@ -107,10 +110,10 @@ def with_matlab_names(package: Package) -> Package:
 
 
 def _with_short_names(program: Program, names: Mapping[str, str]) -> Program:
-    """The program with other names for what is longer than MATLAB tells apart; `names` are those of parameters."""
-    symbols = {symbol for one in program.inputs for symbol in one.symbols}
-    taken = {*symbols, *names.values(), *program.used, *(s.name for s in (*program.once, *program.statements))}
-    short = partial(_shortened, taken=taken)
+    """The program with names within MATLAB's length; `names` are those of parameters."""
+    symbols = {symbol for argument in program.inputs for symbol in argument.symbols}
+    used = {*symbols, *names.values(), *program.used, *(s.name for s in (*program.once, *program.statements))}
+    short = partial(_shorten, used=used)
     long = {**names, **{name: short(name) for name in sorted(symbols) if len(name) > LONGEST_NAME}}
 
     def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
@@ -120,17 +123,17 @@ def _with_short_names(program: Program, names: Mapping[str, str]) -> Program:
     return replace(program, once=of(program.once), statements=of(program.statements))
 
 
-def _shortened(name: str, taken: set[str]) -> str:
-    """The beginning of a name and a number, added to those that are taken."""
+def _shorten(name: str, used: set[str]) -> str:
+    """The beginning of a name with a number, added to the used names."""
     number = 1
-    while (found := f"{name[: LONGEST_NAME - 8].rstrip('_')}_{number}") in taken:
+    while (short := f"{name[: LONGEST_NAME - 8].rstrip('_')}_{number}") in used:
         number += 1
-    taken.add(found)
-    return found
+    used.add(short)
+    return short
 
 
 def matlab_function(package: Package, function: Function) -> MatlabFunction:
-    """Return a function of a package whose names MATLAB takes."""
+    """Return a function of a package with names of MATLAB."""
     program = function.program
     printer = MatlabPrinter(program, functions=MATLAB.functions)
     arguments, results = tuple(map(of_argument, function.arguments)), tuple(map(of_result, function.results))
@@ -139,7 +142,9 @@ def matlab_function(package: Package, function: Function) -> MatlabFunction:
     lines += ["", "    % Results."]
     for result, output in zip(results, program.outputs, strict=True):
         lines += _result(result, [printer.value(x) for x in output.entries])
-    entries = {one.name: one.symbols for one in program.inputs} | {"p": tuple(p.symbol for p in package.parameters)}
+    entries = {x.name: x.symbols for x in program.inputs} | {"p": tuple(p.symbol for p in package.parameters)}
+    matrices = [a for a in arguments if a.columns is not None]
+    columns = [f"    {a.name} = reshape(permute({a.name}, [2 1 3]), {a.entries}, []);" for a in matrices]  # row by row
     read = [line for name, symbols in entries.items() for line in _read(name, symbols, printer.referenced)]
     return MatlabFunction(
         name=function.name,
@@ -147,19 +152,14 @@ def matlab_function(package: Package, function: Function) -> MatlabFunction:
         equations=function.equations,
         arguments=arguments,
         results=results,
-        described=tuple(_described(function)),
-        body="\n".join([*(_by_rows(one) for one in arguments if one.columns is not None), *read, *lines]),
+        described=tuple(_remarks(function)),
+        body="\n".join([*columns, *read, *lines]),
         called={name for name in (*MATLAB.functions.values(), *EXTREMA) if any(f"{name}(" in line for line in lines)},
     )
 
 
-def _by_rows(argument: MatlabArray) -> str:
-    """The line that makes a column of a matrix, row by row."""
-    return f"    {argument.name} = reshape(permute({argument.name}, [2 1 3]), {argument.entries}, []);"
-
-
 def _read(array: str, symbols: Sequence[str], used: set[str]) -> Iterator[str]:
-    """Lines that give the entries of an array their names."""
+    """Lines that assign the entries of an array to their names."""
     for k, symbol in enumerate(symbols):
         if symbol in used:
             yield f"    {symbol} = {array}({k + 1}, :);"
@@ -173,18 +173,107 @@ def _result(result: MatlabArray, values: Sequence[str]) -> Iterator[str]:
             yield f"    {result.name}({result.subscripts(k)}, :) = {value};"
 
 
-def _described(function: Function) -> Iterator[str]:
-    """What else there is to know of a function, in lines."""
+def _remarks(function: Function) -> Iterator[str]:
+    """Further remarks on a function, in lines."""
     if function.divides:
         yield f"{SINGULAR[:1].upper()}{SINGULAR[1:]}."
     for result in function.results:
         if result.rows and not result.whole:
             yield f"Entries of {result.name}: {', '.join(result.rows)}."
         if result.columns:
-            held = of_result(result)
-            axis = "Columns" if held.columns is not None else "Rows" if held.pages is not None else "Entries"
+            array = of_result(result)
+            axis = "Columns" if array.columns is not None else "Rows" if array.pages is not None else "Entries"
             yield f"{axis} of {result.name}: {', '.join(result.columns)}."
     counts = f"{count_text(function.program.count)} a state"
     if function.program.once:
         counts += f"; {count_text(function.program.count_once)} for each parameter set"
     yield f"{counts}."
+
+
+@dataclass(frozen=True)
+class MatlabArray:
+    """An array of a state; `columns` and `pages` are None where it has no such axis.
+
+    Other languages store it row by row, or `by_columns` as MATLAB does.
+    """
+
+    name: str
+    meaning: str
+    rows: int
+    columns: int | None = None
+    pages: int | None = None
+    by_columns: bool = False
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """The lengths of its axes."""
+        return self.rows, *(length for length in (self.columns, self.pages) if length is not None)
+
+    @property
+    def entries(self) -> int:
+        """Number of entries."""
+        return math.prod(self.dims)
+
+    @property
+    def size(self) -> str:
+        """The axes of a state in words: `4 x 4 x 3`, `12 x 1`."""
+        dims = self.dims if len(self.dims) > 1 else (*self.dims, 1)
+        return " x ".join(map(str, dims))
+
+    @property
+    def sizes(self) -> str:
+        """The axes of N states in words: `4 x 4 x 3 x N`."""
+        return " x ".join(map(str, (*self.dims, "N")))
+
+    @property
+    def shape(self) -> str:
+        """Source of the row of the axes: `12`, `[4 4]`."""
+        return str(self.dims[0]) if len(self.dims) == 1 else f"[{' '.join(map(str, self.dims))}]"
+
+    @property
+    def transposition(self) -> tuple[int, int, int]:
+        """Pages, rows and columns, to be turned from row by row to column by column."""
+        pages, columns = (1 if length is None else length for length in (self.pages, self.columns))
+        return (pages, self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
+
+    def subscripts(self, k: int) -> str:
+        """Subscripts of the entry k of the array stored row by row."""
+        _, rows, columns = self.transposition
+        page, row, column = k // (rows * columns), k // columns % rows, k % columns
+        axes = ((row, self.rows), (column, self.columns), (page, self.pages))
+        return ", ".join(str(index + 1) for index, length in axes if length is not None)
+
+
+def of_argument(argument: Argument) -> MatlabArray:
+    """Return an argument: a column, or an equivalent matrix."""
+    rows = argument.quantity.rows
+    if rows and rows * rows == argument.size:
+        return MatlabArray(argument.name, _meaning(argument), rows, rows)
+    return MatlabArray(argument.name, _meaning(argument), argument.size)
+
+
+def of_result(result: Result) -> MatlabArray:
+    """Return a result; rows that belong to frames become its last axis."""
+    shape, name, meaning = result.shape, result.name, _meaning(result)
+    if len(shape) == 1:
+        return MatlabArray(name, meaning, shape[0])
+    if result.quantity.axes[0] not in LISTS:
+        rows, columns = shape
+        return MatlabArray(name, meaning, rows, columns)
+    pages, rows = shape[:2]
+    return MatlabArray(name, meaning, rows, shape[2] if len(shape) > 2 else None, pages)
+
+
+def of_step(array: CalledArray) -> MatlabArray:
+    """Return an argument or result of a time step: rows of nodes are columns, a matrix is one."""
+    if array.matrix:
+        return MatlabArray(array.name, "", array.matrix[0], array.matrix[1])
+    if len(array.shape) < 2:
+        return MatlabArray(array.name, "", array.entries)
+    nodes, motors = array.shape
+    return MatlabArray(array.name, "", motors, nodes, by_columns=True)
+
+
+def _meaning(array: Argument | Result) -> str:
+    """Meaning of an array, adapted for a matrix."""
+    return array.meaning.replace(", row by row", "")

@@ -1,4 +1,4 @@
-"""LaTeX of the names in a program, as the table of quantities gives it; other names look as a user writes them."""
+"""LaTeX of the names in a program, from the table of quantities; other names as a user writes them."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ class Meaning:
 
 
 class Notation:
-    """LaTeX of the names of one program; no two names share a symbol."""
+    """LaTeX of the names of a program; symbols are unique."""
 
     def __init__(self, program: Program) -> None:
         self.outputs = {output.name for output in program.outputs}
         self.used: set[Intermediate] = set()
         self.parts = False
         self.symbols: dict[str, str] = {}
-        given = [name for argument in program.inputs for name in argument.symbols]
+        arguments = [name for argument in program.inputs for name in argument.symbols]
         assigned = [s.name for s in (*program.once, *program.statements)]
-        self._users, self._assigned = {*given, *program.used}, set(assigned)
-        self._claim({name: self.quantity(name) for name in (*assigned, *given)})
-        self._claim({name: user_symbol(name) for name in (*given, *sorted(program.used), *assigned)})
+        self._users, self._assigned = {*arguments, *program.used}, set(assigned)
+        self._claim({name: self.quantity(name) for name in (*assigned, *arguments)})
+        self._claim({name: user_symbol(name) for name in (*arguments, *sorted(program.used), *assigned)})
 
     def __getitem__(self, name: str) -> str:
         if name not in self.symbols:
@@ -46,11 +46,11 @@ class Notation:
         return self.symbols[name]
 
     def _claim(self, wanted: Mapping[str, str]) -> None:
-        taken = set(self.symbols.values())
+        used = set(self.symbols.values())
         for name, symbol in wanted.items():
             if symbol and name not in self.symbols:
-                self.symbols[name] = literal(name) if symbol in taken else symbol
-                taken.add(self.symbols[name])
+                self.symbols[name] = literal(name) if symbol in used else symbol
+                used.add(self.symbols[name])
 
     def quantity(self, name: str) -> str:
         """Symbol of a quantity of the table; empty for any other name."""
@@ -62,22 +62,22 @@ class Notation:
         if function == COEFFICIENT:
             return self._coefficient(argument)
         for row in self._rows(name):
-            found = row.match(name)
-            if found:
+            match = row.match(name)
+            if match:
                 self.used.add(row)
-                self.parts |= bool(found["part"])
-                return row.symbol(found["j"], found.groupdict().get("c") or "", found["part"])
+                self.parts |= bool(match["part"])
+                return row.symbol(match["j"], match.groupdict().get("c") or "", match["part"])
         return ""
 
     def _rows(self, name: str) -> Iterator[Intermediate]:
-        """Rows of the table whose letters a name begins with, of those that hold for this program."""
+        """Rows of the table that apply to this program and whose letters begin a name."""
         letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
         for row in INTERMEDIATES:
             if row.name == letters and (not row.of_results or self.outputs & {*row.of_results}):
                 yield row
 
     def _derivative(self, name: str) -> str:
-        """Symbol of a derivative, its variable first: `q2_f3_6` is that of `f3_6` by q2."""
+        """Symbol of a derivative, variable first: `q2_f3_6` is the derivative of `f3_6` by q2."""
         for variable in self._users:
             quantity = self.quantity(name.removeprefix(f"{variable}_")) if name.startswith(f"{variable}_") else ""
             if quantity:
@@ -85,7 +85,7 @@ class Notation:
         return ""
 
     def _coefficient(self, name: str) -> str:
-        """Symbol of a coefficient of t^k, k first: `2_f3_6` is that of f3_6 at t^2."""
+        """Symbol of a coefficient of t^k, k first: `2_f3_6` is the coefficient of t^2 of f3_6."""
         order, _, of = name.partition("_")
         quantity = self.quantity(of) or user_symbol(of)
         return rf"[{quantity}]_{{t^{{{order}}}}}"
@@ -99,16 +99,16 @@ class Notation:
 
 def user_symbol(name: str) -> str:
     r"""Symbol of a name that a user chose: t1 is t_{1}, RL4 \mathit{RL}_{4}, k_tool k_{\mathrm{tool}}."""
-    found = re.fullmatch("([A-Za-z]+)(?:_?([0-9]+)|_([A-Za-z]+[0-9]*))?", name, re.ASCII)
-    if not found:
+    match = re.fullmatch("([A-Za-z]+)(?:_?([0-9]+)|_([A-Za-z]+[0-9]*))?", name, re.ASCII)
+    if not match:
         return literal(name)
-    letters, number, word = found.groups()
+    letters, number, word = match.groups()
     base = letters if len(letters) == 1 else rf"\{letters}" if letters in GREEK else rf"\mathit{{{letters}}}"
     below = number or (rf"\mathrm{{{word}}}" if word else "")
     return base + (f"_{{{below}}}" if below else "")
 
 
 def literal(name: str) -> str:
-    """A name as it is written in the machine's file."""
+    """A name as in the machine's file."""
     escaped = name.replace("_", r"\_")
     return rf"\mathit{{{escaped}}}"

@@ -1,4 +1,4 @@
-"""Time steps in Python: what the templates of the target numpy are given."""
+"""Time steps in Python: data of the templates of the target numpy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c.lines import with_arguments
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Argument, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
@@ -32,11 +32,12 @@ from symoro_elastic.codegen.time_steps import (
 
 @dataclass(frozen=True)
 class NumpyStep:
-    """A function that takes a step: its method and variant, head, docstring, and calls in its body."""
+    """A function for a time step: its method and variant, head, docstring, and calls in its body."""
 
     method: MethodText
     variant: Variant
     with_error: bool
+    name: str
     head: str
     described: tuple[str, ...]
     arrays: str
@@ -58,14 +59,14 @@ class NumpyStep:
         return ", ".join(("q", *self.assembled))
 
     def forces(self, function: str, node: str) -> str:
-        """The wrenches on frames at a node, as a further argument of a model that takes them."""
+        """The wrenches on frames at a node, as an argument of the models that have it."""
         more = self.more if function != "linearization" else ""
         forces = f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
         return f"{forces}, {LOAD}" if function in self.takes_loads else forces
 
     @property
     def more(self) -> str:
-        """What methods with exact derivatives add to the wrenches on frames."""
+        """The term that methods with exact derivatives add to the wrenches on frames."""
         return " + more" if self.method.kind == "rosenbrock" and EXTERNAL in self.variant.of_nodes else ""
 
     @property
@@ -85,28 +86,28 @@ class NumpyStep:
 
     @property
     def taker(self) -> str:
-        """The function that takes a step of this kind of method."""
+        """The function that implements the kind of method."""
         if not self.states:
             return self.method.kind
         return "with_states" if self.method.kind == "explicit" else "w_with_states"
 
     @property
-    def called(self) -> str:
-        """The arguments of a dynamic model after positions and velocities: those of motors, at a node."""
+    def motor_arguments(self) -> str:
+        """The motor arguments of a dynamic model at a node, after positions and velocities."""
         names = self.variant.of_nodes if self.variant.right_side == CLOSED else ("tau",)
         return ", ".join(f"{name}[..., node, :]" for name in names if name != EXTERNAL)
 
     @property
-    def found(self) -> str:
-        """The accelerations that a dynamic model finds; torques first where loads need those of motors that follow."""
+    def rate_results(self) -> str:
+        """The results of a dynamic model; torques first where loads need those of driven motors."""
         torques = [self.torques if self.loads else "_"] if self.variant.right_side == CLOSED else []
         driving = [self.torques] if self.variant.is_driven and self.loads else []
-        known = [*driving, "qdd", *(["zd"] if self.states else []), *torques]
-        return ", ".join([*known, *(["V0d"] if self.base else [])])
+        results = [*driving, "qdd", *(["zd"] if self.states else []), *torques]
+        return ", ".join([*results, *(["V0d"] if self.base else [])])
 
     @property
     def without_torques(self) -> str:
-        """What picks the results of the inverse model that are found."""
+        """The index that selects the needed results of the inverse model."""
         if self.loads:
             return ""
         return "[1:]" if self.base or self.states else "[1]"
@@ -119,13 +120,13 @@ class NumpyStep:
         return "torque" if self.variant.of_step else "tau" if self.variant.is_driven else "tau[..., node, :]"
 
     @property
-    def passed(self) -> str:
+    def load_call(self) -> str:
         """The call of the model of the torques that are passed, in a stage."""
-        known = {"q_dep": "dependent", "tau": self.torques}
-        return f"{PASSED}({', '.join([*(known.get(name, name) for name in self.of_passed), 'p'])})"
+        arguments = {"q_dep": "dependent", "tau": self.torques}
+        return f"{PASSED}({', '.join([*(arguments.get(name, name) for name in self.of_passed), 'p'])})"
 
     @property
-    def carried(self) -> str:
+    def carried_state(self) -> str:
         """The positions and velocities that the method carries."""
         return ("x, v" if self.base else "q, qd") + self.z
 
@@ -139,7 +140,7 @@ class NumpyStep:
 
 @dataclass(frozen=True)
 class NumpyMethod:
-    """A method: its text, its coefficients by name as source, the functions that take its steps."""
+    """A method: its text, its coefficients as source by name, and the functions of its steps."""
 
     text: MethodText
     tables: dict[str, str]
@@ -149,13 +150,7 @@ class NumpyMethod:
 def numpy_methods(package: Package) -> list[NumpyMethod]:
     """Return the methods of the time steps of a package."""
     texts = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
-    return [NumpyMethod(text, _tables(text), tuple(_steps(text, package))) for text in texts]
-
-
-def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
-    for variant in method.variants:
-        for with_error in (False, True) if method.error else (False,):
-            yield _step(method, variant, with_error, package)
+    return [NumpyMethod(x, _tables(x), tuple(_step(x, *step, package) for step in x.steps)) for x in texts]
 
 
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
@@ -169,8 +164,9 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         method=method,
         variant=variant,
         with_error=with_error,
+        name=name,
         head=with_arguments(f"def {name}", [*arrays, "h", *state, "p=DEFAULTS"], "):"),
-        described=tuple(_described(method, variant, with_error, package)),
+        described=tuple(_docstring(method, variant, with_error, package)),
         arrays=", ".join(["h", "q", "qd", *arrays, *own, *([STATES] if STATES in state else [])]),
         blocks=tuple(state),
         assembled=tuple(block.name for block in package.assembled),
@@ -194,19 +190,19 @@ def _z_of_factors(variant: Variant, package: Package) -> str:
 
 
 def _of_friction(argument: Argument) -> str:
-    """The argument of a model that takes states of friction alone, which are the first of all."""
+    """The states of friction (first of all states), as an argument."""
     return f"{STATES}[..., :{argument.size}]" if argument.name == STATES else argument.name
 
 
 def _gains(variant: Variant, package: Package) -> str:
-    """Gains, or set points and torques at t, as further arguments of these factors."""
+    """Gains, or set points and torques at t, as arguments of the factors."""
     at_t = "" if variant.of_step else "[..., 0, :]"
     load = f", {LOAD}" if f"implicit_factors{variant.suffix}" in _taking(LOAD, package) else ""
     return "".join(f", {name}{at_t}" for name in given_to_factors(variant, package)) + load
 
 
 def _taking(argument: str, package: Package) -> frozenset[str]:
-    """Names of the functions that take an argument."""
+    """Names of the functions with an argument."""
     return frozenset(f.name for f in package.functions if any(a.name == argument for a in f.arguments))
 
 
@@ -216,10 +212,10 @@ NEEDS = {
     "midpoint": "rate, factors, solve",
     "rosenbrock": "rate, linear",
 }
-"""The functions that a step of each kind of method calls."""
+"""The functions that implement the kinds of methods."""
 
 
-def _described(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
+def _docstring(method: MethodText, variant: Variant, with_error: bool, package: Package) -> Iterator[str]:
     motors, times = len(package.motor_names), ", ".join(method.times(variant))
     rows = [name for name in variant.of_nodes if name != EXTERNAL]
     nodes = len(method.nodes_of(variant))
@@ -253,10 +249,10 @@ def _tables(method: MethodText) -> dict[str, str]:
 
 
 def _rows(terms: Sequence[Terms]) -> str:
-    return "\n        ".join(["[", *(f"{_row(one)}," for one in terms)]) + "\n    ]"
+    return "\n        ".join(["[", *(f"{_row(row)}," for row in terms)]) + "\n    ]"
 
 
 def _row(terms: Terms) -> str:
     """Coefficients up to the last that is not zero."""
-    found = {j: x for x, j in terms}
-    return f"[{', '.join(found.get(j, '0.0') for j in range(max(found, default=-1) + 1))}]"
+    coefficients = {j: x for x, j in terms}
+    return f"[{', '.join(coefficients.get(j, '0.0') for j in range(max(coefficients, default=-1) + 1))}]"

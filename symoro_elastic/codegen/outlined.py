@@ -40,7 +40,7 @@ class Pointer:
 
 @dataclass(frozen=True)
 class Outlined:
-    """A function for blocks of one kind: the first gives its names; `numbers` are those of each call."""
+    """A function for repeated blocks: the first block gives its names; `numbers` are arguments of its calls."""
 
     blocks: tuple[Block, ...]
     read: tuple[Pointer, ...]
@@ -65,17 +65,15 @@ class Outline:
 
     @property
     def parts(self) -> list[Part]:
-        """The stretches that stay as they are."""
+        """The stretches between calls."""
         return [piece for piece in self.pieces if isinstance(piece, Part)]
 
     @property
     def length(self) -> int:
-        """About how many lines it takes: statements, variables handed on, arguments of calls."""
-        of_functions = sum(
-            one.blocks[0].size + len(one.blocks[0].read) + len(one.written.entries) for one in self.functions
-        )
+        """Approximate number of lines: statements, passed variables, arguments of calls."""
+        of_functions = sum(f.blocks[0].size + len(f.blocks[0].read) + len(f.written.entries) for f in self.functions)
         of_parts = sum(len(part.steps) + len(part.live_in) + len(part.live_out) for part in self.parts)
-        return of_functions + of_parts + sum(len(one.blocks) * (len(one.read) + 1) for one in self.functions)
+        return of_functions + of_parts + sum(len(f.blocks) * (len(f.read) + 1) for f in self.functions)
 
 
 def outline(
@@ -85,7 +83,7 @@ def outline(
     numbers: Collection[str],
     needed_at_end: Iterable[str],
 ) -> Outline:
-    """Return the program in blocks as functions for those that repeat, calls of them, and parts for the rest.
+    """Return the program with functions for repeated blocks, their calls, and parts for the other statements.
 
     `places` are those of arguments, `numbers` the names of numbers, which differ from joint to joint.
     """
@@ -105,20 +103,20 @@ def outline(
 
 
 def _groups(blocks: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str]) -> list[list[Block]]:
-    """Blocks that repeat: of one kind, that read from the same arrays."""
+    """Repeated blocks: of the same kind, reading from the same arrays."""
 
     def array(name: str) -> str:
         return NUMBERS if name in numbers else places[name].array if name in places else SPILL
 
-    found: dict[tuple[int, tuple[str, ...]], list[Block]] = defaultdict(list)
+    groups: dict[tuple[int, tuple[str, ...]], list[Block]] = defaultdict(list)
     for block in blocks:
         if block.size >= SHORTEST_BLOCK:
-            found[block.kind, tuple(map(array, block.read))].append(block)
-    return [group for group in found.values() if len(group) > 1]
+            groups[block.kind, tuple(map(array, block.read))].append(block)
+    return [group for group in groups.values() if len(group) > 1]
 
 
 def _stretches(blocks: Sequence[Block], calls: Mapping[int, Call]) -> Iterator[range]:
-    """The statements of each call, and those between calls in stretches of limited length."""
+    """The statements of calls, and stretches of limited length between calls."""
     start = end = 0
     for block in blocks:
         first, last = block.first, block.first + block.size
@@ -140,7 +138,7 @@ def _slots(
     calls: Mapping[int, Call],
     at_end: frozenset[str],
 ) -> dict[str, int]:
-    """Slots of the variables that are handed on; calls of a function hand on the same."""
+    """Slots of the variables that are passed on; calls of a function pass on the same ones."""
     needed = {*at_end}
     for stretch in stretches:
         some = steps[stretch.start : stretch.stop]
@@ -154,8 +152,8 @@ def _slots(
         if call:
             names = [groups[call.function][call.number].defined[k] for k in handed_on[call.function]]
         else:
-            made = [step.statement.name for step in steps[stretch.start : stretch.stop]]
-            names = [name for name in made if name in needed]
+            defined = [step.statement.name for step in steps[stretch.start : stretch.stop]]
+            names = [name for name in defined if name in needed]
         slots |= {name: len(slots) + k for k, name in enumerate(names)}
     return slots
 
@@ -174,15 +172,15 @@ def _function(
 
 
 def _read(group: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str]) -> Iterator[Pointer]:
-    """Pointers to what is read: operands that are equally far apart in all calls share one."""
+    """Pointers for operands: those with equal offsets in all calls share one."""
     pointers: dict[tuple[str, tuple[int, ...]], dict[str, int]] = defaultdict(dict)
     for k, name in enumerate(group[0].read):
         if name not in numbers:
-            found = [places[block.read[k]] for block in group]
-            pointers[found[0].array, tuple([place.at - found[0].at for place in found])][name] = found[0].at
-    for (array, apart), entries in pointers.items():
+            operands = [places[block.read[k]] for block in group]
+            pointers[operands[0].array, tuple([place.at - operands[0].at for place in operands])][name] = operands[0].at
+    for (array, distances), entries in pointers.items():
         start = min(entries.values())
-        yield Pointer(array, tuple(start + x for x in apart), {name: at - start for name, at in entries.items()})
+        yield Pointer(array, tuple(start + x for x in distances), {name: at - start for name, at in entries.items()})
 
 
 def _of_numbers(first: Block, positions: Sequence[int], calls: int) -> list[Pointer]:
@@ -193,10 +191,10 @@ def _of_numbers(first: Block, positions: Sequence[int], calls: int) -> list[Poin
 
 
 def _part(steps: Sequence[Step], slots: Mapping[str, int]) -> Part:
-    """A stretch that stays as it is, between variables read from and written to the spill array."""
+    """A stretch between calls, with variables read from and written to the spill array."""
     uses = frozenset().union(*(step.uses for step in steps))
-    made = {step.statement.name for step in steps}
-    live_in = {name: slots[name] for name in sorted(uses - made) if name in slots}
+    defined = {step.statement.name for step in steps}
+    live_in = {name: slots[name] for name in sorted(uses - defined) if name in slots}
     return Part(
         steps, uses, live_in, {s.statement.name: slots[s.statement.name] for s in steps if s.statement.name in slots}
     )

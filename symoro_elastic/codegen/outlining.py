@@ -1,4 +1,4 @@
-"""Blocks of a long program that do the same work on other variables: each kind can be one function.
+"""Blocks of a long program that do the same work on other variables, so that a function can do it.
 
 Blocks are found by merging statements that follow each other wherever the same pair, with the same variables in common,
 occurs again: first within the work of a joint, then across joints.
@@ -15,19 +15,19 @@ from typing import NamedTuple
 from symoro_elastic.symbolic.program import Section
 
 LONGEST_BLOCKS = (150, 50)
-"""Statements of a block at most: long blocks need few calls, but of many kinds of work few repeat as a whole."""
+"""Maximum number of statements of a block: long blocks need few calls, but repeat less often."""
 FEWEST_PAIRS = 3
 """Times that a pair occurs where it becomes one work."""
 NEVER = (0, 0)
 APART = -1
-"""In place of the kind of a pair that is not merged."""
+"""Placeholder of the kind of a pair that is not merged."""
 OPERAND = re.compile(r"((?:sine|cosine)\[\d+\]|[A-Za-z_]\w*)")
 
 
 class Block(NamedTuple):
-    """Statements in a row from `first` on: the kind of their work, what they read from before them and define.
+    """Consecutive statements from `first`: kind of their work, variables that they read from before and define.
 
-    Blocks of one kind compute the same of variables that correspond by their places in `read` and `defined`.
+    Blocks of the same kind compute the same of variables with equal positions in `read` and `defined`.
     """
 
     kind: int
@@ -55,7 +55,7 @@ def blocks(
 ) -> list[list[Block]]:
     """Return the statements (name, right side) as blocks, as long as there are others of their kind.
 
-    `operands` are the names that stand for numbers; others, such as those of functions, belong to the work. There is a
+    `operands` are the names of numbers; others, such as those of functions, belong to the work. There is a
     list of blocks for each of the limits in `longest`.
     """
     kinds = _Kinds()
@@ -65,11 +65,11 @@ def blocks(
     row = _Row(works, pairs)
     while not pairs.met_limit and row.merge():  # as long as no limit is met, works of all limits are the same
         pass
-    found = (_merged(row.works, sections, kinds, limit) for limit in longest)
-    return [[_block(work, statements, read) for work in merged] for merged in found]
+    merged_works = (_merge(row.works, sections, kinds, limit) for limit in longest)
+    return [[_block(work, statements, read) for work in merged] for merged in merged_works]
 
 
-def _merged(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, longest: int) -> Sequence[_Work]:
+def _merge(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, longest: int) -> Sequence[_Work]:
     """Works of at most `longest` statements: merged within sections, then across them."""
     for of_one_section in (True, False):
         row = _Row(works, _Pairs(kinds, sections if of_one_section else None, longest))
@@ -80,7 +80,7 @@ def _merged(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, 
 
 
 def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Sequence[str]]) -> Block:
-    """The block of some work; `read` is what each of the statements reads."""
+    """The block of a work; `read` are the operands of the statements."""
     own = range(work.first, work.first + work.size)
     defined = dict.fromkeys([statements[k][0] for k in own])
     before = dict.fromkeys([name for k in own for name in read[k] if name not in defined])
@@ -90,7 +90,7 @@ def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Se
 class _Work(NamedTuple):
     """Statements in a row from `first` on, their kind, and the places of the variables in it.
 
-    Variables of works of one kind correspond by their places, which are less than `room`.
+    Variables of works of the same kind correspond by their places, which are less than `room`.
     """
 
     kind: int
@@ -101,7 +101,7 @@ class _Work(NamedTuple):
 
 
 def _work(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> _Work:
-    """The work of one statement, whose right side names `operands`; its own variable has the last place."""
+    """The work of a statement with `operands` in its right side; its own variable has the last place."""
     pieces = OPERAND.split(text)
     places: dict[str, int] = {}
     for k, word in enumerate(pieces[1::2]):
@@ -113,10 +113,10 @@ def _work(first: int, name: str, text: str, operands: Collection[str], kinds: _K
 
 
 class _Pairs:
-    """Kinds of pairs of works: their own kinds and the variables in common."""
+    """Kinds of pairs of works: their own kinds and common variables."""
 
     def __init__(self, kinds: _Kinds, sections: Sequence[Section] | None, longest: int) -> None:
-        """With `sections`, only works of one section are merged."""
+        """With `sections`, only works of the same section are merged."""
         self._kinds, self._sections, self._longest, self.met_limit = kinds, sections, longest, False
 
     def of(self, a: _Work, b: _Work) -> int:
@@ -132,7 +132,7 @@ class _Pairs:
 
 
 class _Row:
-    """Works in order, and the kinds of their pairs: `kinds[k]` is that of works k and k + 1."""
+    """Works in order, and the kinds of pairs: `kinds[k]` is that of works k and k + 1."""
 
     def __init__(self, works: Sequence[_Work], pairs: _Pairs) -> None:
         self._pairs = pairs

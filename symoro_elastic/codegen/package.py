@@ -1,4 +1,4 @@
-"""What a target renders: a machine's names and its functions, in words that code needs."""
+"""Input of targets: a machine's names and functions, in terms of code."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """An entry of p; `value` is NaN where the machine gives none. `local` names its variable where `name` cannot."""
+    """An entry of p; `value` is NaN without a value in the machine. `local` is its variable if `name` is reserved."""
 
     name: str
     value: float
@@ -45,12 +45,12 @@ class _Array:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the quantity."""
         return self.quantity.name
 
     @property
     def meaning(self) -> str:
-        """What it is, with its unit."""
+        """Meaning with unit."""
         return self.quantity.sentence
 
 
@@ -63,7 +63,7 @@ class Argument(_Array):
 
 @dataclass(frozen=True)
 class Result(_Array):
-    """An array that a function gives: quantity, shape, and the names its first and last axes follow.
+    """An array result: quantity, shape, and the names along its first and last axes.
 
     `whole` is False where its rows are those that a scene has chosen.
     """
@@ -76,7 +76,7 @@ class Result(_Array):
 
 @dataclass(frozen=True)
 class Constant:
-    """A number of the machine that has a name: its joint (None: of the whole machine), meaning and unit."""
+    """A named number of the machine: its joint (None: of the machine itself), meaning and unit."""
 
     name: str
     value: Operand
@@ -89,9 +89,9 @@ class Constant:
 class Function:
     """A generated function; `constants` are named numbers that its statements may hold.
 
-    `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
+    `divides`: it divides by inertias, which may be zero somewhere; `least_bits` is the precision that it needs.
     `guaranteed` is, by precision, what holds where its arguments are in a box, if that was asked for; `fixed` are the
-    scales of its numbers, if they are proven.
+    scales of its numbers, if they are proven. `placed` is the frame that an inverse geometric model places.
     """
 
     name: str
@@ -105,10 +105,11 @@ class Function:
     constants: tuple[Constant, ...] = ()
     guaranteed: Mapping[str, Guaranteed] = field(default_factory=dict, repr=False)
     fixed: FixedPoint | None = field(default=None, repr=False)
+    placed: str = field(default="", repr=False)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What columns belong to, where all results that say so say the same."""
+        """The labels of columns, if all results that have some agree."""
         labels = {result.columns for result in self.results if result.columns}
         return labels.pop() if len(labels) == 1 else ()
 
@@ -122,7 +123,7 @@ class Package:
     shaped the code. Where joints are coupled `dependent` are joints that loops move and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
     without a variable of their own that move, by name. `steps` names the methods of time steps, `state` the blocks that
-    they take further; `only` is the suffix of the one way in which they are given the motors, None for all. `states`
+    they advance; `only` is the suffix of the only variant of motor inputs, None for all variants. `states`
     are names of z: states of friction, then those of drives, which only some functions have.
     """
 
@@ -152,7 +153,7 @@ class Package:
 
     @property
     def assembled(self) -> tuple[Argument, ...]:
-        """The blocks of the state that loops without a closed form give."""
+        """The blocks of the state from loops without a closed form."""
         return tuple(block for block in self.state if block.quantity.follows == "d")
 
     @property
@@ -162,7 +163,7 @@ class Package:
 
     @property
     def external(self) -> int:
-        """Entries of the wrenches on frames that functions take; 0 where there are none."""
+        """Entries of the wrenches on frames; 0 without such an argument."""
         sizes = (a.size for function in self.functions for a in function.arguments if a.name == EXTERNAL)
         return next(sizes, 0)
 
@@ -177,5 +178,5 @@ class Package:
         return len(self.motors) == len(self.motor_names)
 
     def inputs(self, function: Function) -> dict[str, int]:
-        """Entries of the inputs of a function by name, in order; `p` is the last, also when no parameter is left."""
+        """Sizes of the inputs of a function by name, in order; `p` is the last, even if no parameter remains."""
         return {argument.name: argument.size for argument in function.arguments} | {"p": len(self.parameters)}

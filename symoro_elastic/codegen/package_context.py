@@ -1,4 +1,4 @@
-"""What every target writes about a package and its functions."""
+"""Texts on a package and its functions that all targets write."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def count_json(count: OperationCount) -> dict[str, int]:
 
 
 def package_context(package: Package) -> dict[str, Any]:
-    """The context of templates of a whole package."""
+    """The template context of a package."""
     return {
         "name": package.name,
         "summary": package.scene,
@@ -71,7 +71,7 @@ def _rows(function: Function) -> list[str]:
 
 
 def _columns(function: Function) -> list[str]:
-    """Labels of columns, in lines: once where all results have the same."""
+    """Labels of columns, in lines: once if all results have the same."""
     texts = [f"columns of {r.name}: {', '.join(r.columns)}" for r in function.results if r.columns]
     if function.columns:
         texts = [f"columns: {', '.join(function.columns)}"]

@@ -1,7 +1,7 @@
 """Programs partitioned into parts that a C compiler handles in time that grows in proportion.
 
-Optimising compilers take more than linear time on one long straight line. A part is a function of its own; variables
-that later parts need are spilled to an array.
+The time of optimising compilers grows more than linearly with the length of straight code. A part is a function of its
+own; variables that later parts need are spilled to an array.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple
 from symoro_elastic.symbolic.program import Statement
 
 LONGEST_WHOLE, LONGEST_PART = 1000, 500
-"""Statements of a function that stays whole, and of parts of longer ones: for ARM gcc takes a third longer over parts
+"""Statements of an undivided function, and of parts of longer ones: for ARM gcc needs a third longer over parts
 of 1000, and makes more instructions of them."""
 
 
@@ -28,7 +28,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """Steps in a row; `live_in` and `live_out` give the slots of variables read from and written to the spill array."""
+    """Consecutive steps; `live_in` and `live_out` are slots of variables read from and written to the spill array."""
 
     steps: Sequence[Step]
     uses: frozenset[str]
@@ -49,7 +49,7 @@ def partition(
     *,
     apart: bool = False,
 ) -> tuple[list[Part], int]:
-    """Return parts of almost equal length, one of all steps up to `whole`, and the slots of the spill array.
+    """Return parts of almost equal length, a single one up to `whole` steps, and the slots of the spill array.
 
     With `apart` no part writes to a slot that it reads, so that it may do both in any order.
     """
@@ -61,11 +61,11 @@ def partition(
     last_use = {name: k for k, names in enumerate(uses) for name in names}
     slots, parts = _Slots(), []
     for k, piece in enumerate(pieces):
-        made = [step.statement.name for step in piece]
+        defined = [step.statement.name for step in piece]
         live_in = {name: slots.of[name] for name in sorted(uses[k] & slots.of.keys())}
         done = [name for name in live_in if last_use[name] == k]
         slots.release([] if apart else done)
-        live_out = slots.assign([name for name in made if last_use.get(name, k) > k])
+        live_out = slots.assign([name for name in defined if last_use.get(name, k) > k])
         slots.release(done if apart else [])
         parts.append(Part(piece, frozenset(uses[k]), live_in, live_out))
     return parts, slots.count

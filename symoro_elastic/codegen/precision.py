@@ -11,7 +11,7 @@ DOUBLE_DOUBLE_TYPE = "dd"
 
 @dataclass(frozen=True)
 class Precision:
-    """`state` is the type of a function's arrays, `real` that of its arithmetic, `angle` that of sines and cosines.
+    """Types: `state` of a function's arrays, `real` of its arithmetic, `angle` of sines and cosines.
 
     `bits` is the length of its significand; `short` is its name in names of files and functions, where that is another.
     """
@@ -28,7 +28,7 @@ class Precision:
 
     @property
     def suffix(self) -> str:
-        """What the names of files and functions end with."""
+        """Suffix of the names of files and functions."""
         return "" if self is DOUBLE else "_" + (self.short or self.name.replace("-", "_"))
 
     def function(self, package: str, model: str) -> str:
@@ -36,7 +36,7 @@ class Precision:
         return f"{package}_{model}_f32" if self is SINGLE else f"{package}{self.suffix}_{model}"
 
     def type_of_real(self, package: str) -> str:
-        """The type of arithmetic in C: that of sums of two doubles has the name of the package."""
+        """The type of arithmetic in C: sums of two doubles have a type named after the package."""
         return f"{package}_{DOUBLE_DOUBLE_TYPE}" if self.is_pair else self.real
 
     def number(self, digits: str) -> str:

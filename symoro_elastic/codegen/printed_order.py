@@ -3,7 +3,7 @@
 Text leaves out parentheses that sums do not need: x + (y + z) is written `x + y + z`, which compilers and interpreters
 carry out from left to right, as (x + y) + z. It is the same number in exact arithmetic, but not as rounded: what is
 proven of rounding is proven of this program. It follows the rules of `printers.py`: where both parts of a sum have the
-same sign, the terms of the second follow those of the first; else the part with a minus stands in parentheses.
+same sign, the terms of the second follow those of the first; else the part with a minus is in parentheses.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
     text = _Text(program)
     changed = text.changed
 
-    def moved(x: Operand) -> Operand:
+    def in_place(x: Operand) -> Operand:
         return in_place_of(x, changed)
 
     if not changed:
         return program, changed
     return replace(
         program,
-        outputs=tuple(replace(x, entries=tuple(map(moved, x.entries))) for x in program.outputs),
+        outputs=tuple(replace(x, entries=tuple(map(in_place, x.entries))) for x in program.outputs),
         once=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.once),
         statements=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.statements),
-        quantities={name: moved(x) for name, x in program.quantities.items()},
+        quantities={name: in_place(x) for name, x in program.quantities.items()},
     ), changed
 
 
 def in_place_of(x: Operand, changed: Mapping[int, Expression]) -> Operand:
-    """Return what stands in place of an expression, whose sign is outside."""
+    """Return the replacement of an expression, with its sign."""
     if not isinstance(x, Expression) or x.positive.id not in changed:
         return x
     new = changed[x.positive.id]
@@ -71,18 +71,18 @@ class _Text:
             negative = self._constants.get(node.id, 1.0) < 0
             self._written[node.id] = _Written(negative, [(negative, node)])
             return
-        found = self._terms(node)
-        negative, new = _together(found.terms)
+        written = self._terms(node)
+        negative, new = _together(written.terms)
         if node.operation != NEGATE:
-            if negative != found.negative:
+            if negative != written.negative:
                 new = -new
             if new is not node and isinstance(new, Expression):
                 self.changed[node.id] = new
         if node.id in self._variables:
             negative = self._variables[node.id]
-            minus, x = _signed(self.changed.get(node.id, node))
-            found = _Written(negative, [(negative != minus, x)])
-        self._written[node.id] = found
+            minus, x = _sign_and_size(self.changed.get(node.id, node))
+            written = _Written(negative, [(negative != minus, x)])
+        self._written[node.id] = written
 
     def _of(self, x: Operand) -> _Written:
         if isinstance(x, Expression):
@@ -100,11 +100,11 @@ class _Text:
         if node.operation in (MULTIPLY, DIVIDE):
             negative = parts[0].negative != parts[1].negative
             (one, x), (other, y) = grouped
-            new = node if (x, y) == node.operands else _applied(node.operation, x, y)
+            new = node if (x, y) == node.operands else _apply(node.operation, x, y)
             return _Written(negative, [(one != other, new)])
-        whole = [-x if part.negative != minus else x for part, (minus, x) in zip(parts, grouped, strict=True)]
-        same = all(x is y or x == y for x, y in zip(whole, node.operands, strict=True))
-        return _Written(False, [(False, node if same else node.graph.node(node.operation, *whole))])
+        operands = [-x if part.negative != minus else x for part, (minus, x) in zip(parts, grouped, strict=True)]
+        same = all(x is y or x == y for x, y in zip(operands, node.operands, strict=True))
+        return _Written(False, [(False, node if same else node.graph.node(node.operation, *operands))])
 
 
 def _sum(first: _Written, second: _Written, subtracted: bool) -> _Written:
@@ -117,32 +117,32 @@ def _sum(first: _Written, second: _Written, subtracted: bool) -> _Written:
 
 
 def _together(terms: Sequence[Signed]) -> Signed:
-    """The sum of terms from left to right, its sign outside."""
+    """The sum of terms from left to right, with its sign separate."""
     negative, x = terms[0]
     for minus, y in terms[1:]:
         if negative == minus:
-            sign, x = _signed(_applied(ADD, x, y))
+            sign, x = _sign_and_size(_apply(ADD, x, y))
             negative ^= sign
         else:
-            sign, x = _signed(_applied(SUBTRACT, x, y))
+            sign, x = _sign_and_size(_apply(SUBTRACT, x, y))
             negative ^= sign
     return negative, x
 
 
-def _signed(x: Operand) -> Signed:
+def _sign_and_size(x: Operand) -> Signed:
     if isinstance(x, Expression):
         return x.operation == NEGATE, x.positive
     return x < 0, -x if x < 0 else x
 
 
-def _applied(operation: str, x: Operand, y: Operand) -> Operand:
-    """One operation in normal form, without joining terms that are alike."""
+def _apply(operation: str, x: Operand, y: Operand) -> Operand:
+    """An operation in normal form, without merging equal terms."""
     if not isinstance(x, Expression):
         if not isinstance(y, Expression):
             raise TypeError("an operation on two numbers")
         if operation == DIVIDE:
             return y.graph.node(DIVIDE, x, y)
-        flipped = _applied(operation, y, x)
+        flipped = _apply(operation, y, x)
         return -flipped if operation == SUBTRACT else flipped
     if not isinstance(y, Expression):
         if operation == SUBTRACT:
@@ -150,5 +150,5 @@ def _applied(operation: str, x: Operand, y: Operand) -> Operand:
         return x.graph.node(operation, x, y)
     if operation == DIVIDE or x.id < y.id:
         return x.graph.pair(operation, x, y)
-    found = x.graph.pair(operation, y, x)
-    return -found if operation == SUBTRACT else found
+    pair = x.graph.pair(operation, y, x)
+    return -pair if operation == SUBTRACT else pair

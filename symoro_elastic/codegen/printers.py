@@ -14,7 +14,7 @@ from symoro_elastic.symbolic.program import Program, Statement
 
 SUM, PRODUCT, ATOM = 1, 2, 3
 Rule = Callable[..., "Text"]
-"""From whether the sign is reversed, and the texts of the operands, to the text of an operation."""
+"""A function from whether the sign is reversed, and the texts of operands, to the text of an operation."""
 
 
 class Text(NamedTuple):
@@ -84,7 +84,7 @@ class Printed(NamedTuple):
 
 
 class Printer:
-    """Prints the expressions of one program; assigned expressions appear by name.
+    """Prints the expressions of a program; assigned expressions appear by name.
 
     An operation is printed by its rule in `operators`, or as a call of a function: its name in `functions`, else its
     own. `referenced` collects the names that appear in what is printed.
@@ -124,10 +124,10 @@ class Printer:
         """An expression, by name where it has one."""
         if not isinstance(x, Expression):
             return self.literal(float(x))
-        found = self.variables.get(x.id)
-        if found is not None:
-            self.referenced.add(found.text)
-            return found
+        text = self.variables.get(x.id)
+        if text is not None:
+            self.referenced.add(text.text)
+            return text
         if x.id in self.constants:
             return self.literal(self.constants[x.id])
         return self.operation(x)
@@ -147,7 +147,7 @@ class Printer:
         return rule(flipped, self.text(first), self.text(second))
 
     def other_operation(self, node: Expression, flipped: bool) -> Text:
-        """The same for a symbol, a function, and an operator on one expression."""
+        """The text of a symbol, a function, or an operator on an expression."""
         operation = node.operation
         if operation == SYMBOL:
             self.referenced.add(node.operands[0])

@@ -1,4 +1,4 @@
-"""Arguments of loaded models: real numbers, refused by the same sentence whatever library computes with them."""
+"""Arguments of loaded models: real numbers, others rejected with the same sentence for all libraries."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-
-from symoro_elastic.foundation.array_types import AnyArray
+from numpy.typing import NDArray
 
 REFUSED = {"c": "complex ones", "U": "text", "S": "text", "M": "dates", "m": "dates"}
-"""Kinds of dtype that are no real numbers, in words."""
+"""Kinds of dtype that are not real numbers, in words."""
 PLAIN = {float, int, np.float64}
 """Types of numbers that need no further look."""
 KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
@@ -22,7 +21,7 @@ KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
 )
 
 
-def real_numbers(value: Any) -> AnyArray:
+def real_numbers(value: Any) -> NDArray[Any]:
     """Return an argument as an array of numpy; raises `TypeError` for complex numbers, text, dates and masks."""
     refuse_no_numbers(value)
     return np.asarray(value)
@@ -30,18 +29,18 @@ def real_numbers(value: Any) -> AnyArray:
 
 def refuse_no_numbers(value: Any) -> None:
     """Raise `TypeError` for complex numbers, text, dates and masked entries; numbers of any library are let through."""
-    if what := _found(value):
+    if what := _fault(value):
         raise TypeError(f"arguments are real numbers, not {what}")
 
 
-def _found(value: Any) -> str:
-    """Return what an argument holds that is no real number, empty where nothing is seen."""
+def _fault(value: Any) -> str:
+    """Return a description of what is not a real number in an argument, empty if nothing is detected."""
     if isinstance(value, np.ma.MaskedArray):
         if np.ma.is_masked(value):
             return "masked ones"
         value = value.data
     if isinstance(value, list | tuple):
-        return "" if {*map(type, value)} <= PLAIN else next(filter(None, map(_found, value)), "")
+        return "" if {*map(type, value)} <= PLAIN else next(filter(None, map(_fault, value)), "")
     if not isinstance(value, np.ndarray | np.generic):
         if one := _of_object(value):
             return one

@@ -12,7 +12,7 @@ from symoro_elastic.codegen.precision import Precision
 
 @dataclass(frozen=True)
 class Target:
-    """A target: how it is asked for, what it writes, and the names that its output uses itself.
+    """A target: its name, its files, and the names that its output reserves.
 
     `name` is what `--target` takes, `title` one line that says what is written, `suffixes` are those of its files,
     `precisions` those it can be written in, the default first. `reserved` are identifiers of its language and

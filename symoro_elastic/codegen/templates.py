@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.foundation.shipped import shipped_folder
+from symoro_elastic.foundation.input_files import shipped_folder
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 LINE = 100
+DIGEST = "\ue000" * 9
+"""Placeholder of the digest of files in templates; texts of users do not contain this character."""
 
 
 def template_folder() -> Path:
@@ -26,7 +29,7 @@ def environment() -> Environment:
     """Templates with strict names: a misspelt one is an error, not an empty string."""
     import jinja2
 
-    made = jinja2.Environment(
+    jinja = jinja2.Environment(
         loader=jinja2.FileSystemLoader(template_folder()),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -35,14 +38,15 @@ def environment() -> Environment:
         autoescape=False,
         finalize=_written,
     )
-    made.filters["join"] = lambda items, between="": between.join(str(_written(x)) for x in items)
-    made.filters["tuple_line"] = lambda items: in_brackets("(", items, ")")
-    made.filters["list_line"] = lambda items: in_brackets("[", items, "]")
-    return made
+    jinja.globals["digest"] = DIGEST
+    jinja.filters["join"] = lambda items, between="": between.join(str(_written(x)) for x in items)
+    jinja.filters["tuple_line"] = lambda items: in_brackets("(", items, ")")
+    jinja.filters["list_line"] = lambda items: in_brackets("[", items, "]")
+    return jinja
 
 
 def _written(x: Any) -> Any:
-    """What a template writes: text, whole numbers, decimals. Raises `TypeError` for a fraction.
+    """The text of a value in a template: text, integer, decimal. Raises `TypeError` for a fraction.
 
     C reads 1/2 as a division of whole numbers, which is 0: `Literals.number` writes the literal of a precision.
     """
@@ -54,6 +58,14 @@ def _written(x: Any) -> Any:
 def render(template: str, **context: Any) -> str:
     """Text of a template."""
     return environment().get_template(template).render(**context)
+
+
+def with_digest(files: Mapping[str, str]) -> dict[str, str]:
+    """Return files that belong together with nine digits of their SHA-256 in them, by which a mixture is detected."""
+    texts = "\0".join(f"{name}\0{files[name]}" for name in sorted(files))
+    least = 10 ** (len(DIGEST) - 1)  # no digest begins with 0, which is an octal number in C
+    digest = str(least + int(hashlib.sha256(texts.encode()).hexdigest(), 16) % (9 * least))
+    return {name: text.replace(DIGEST, digest) for name, text in files.items()}
 
 
 def in_brackets(opening: str, items: Sequence[Any], closing: str) -> str:

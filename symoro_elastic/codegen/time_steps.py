@@ -1,4 +1,4 @@
-"""Time steps as templates are given them: methods, their coefficients as literals, ways to give the motors."""
+"""Time steps as data for templates: methods, their coefficients as literals, variants of motor inputs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from symoro_elastic.codegen.integration.methods import Method, Midpoint, nodes_of, times_of
-from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
-from symoro_elastic.codegen.integration.tableaus import Coefficients, Tableau
-from symoro_elastic.codegen.integration.w_methods import WMethod
+from symoro_elastic.codegen.integration.tableaus import (
+    Coefficients,
+    Method,
+    Midpoint,
+    Rosenbrock,
+    Tableau,
+    WMethod,
+    nodes_of,
+    times_of,
+)
 from symoro_elastic.codegen.package import EXTERNAL, Argument, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.quantities import quantity
@@ -18,15 +24,15 @@ Terms = tuple[tuple[str, int], ...]
 """Coefficients as literals, with their signs, and the stages they belong to."""
 
 MOTOR_COORDINATES = "motor_coordinates"
-"""The model that gives positions and velocities of motors on dependent joints."""
+"""The model of positions and velocities of motors on dependent joints."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A way to give the motors: suffix of names, arrays with a row for each node, arrays for the whole step, words.
+    """A variant of motor inputs: suffix of names, arrays with rows by node, arrays for the step, words.
 
     `of_nodes` are those of motors, then that of wrenches on frames.
-    `of_rate` is what methods with exact derivatives take beside: what changes by time at t.
+    `of_rate` are the derivatives by time at t, an additional input of methods with exact derivatives.
     """
 
     suffix: str
@@ -37,7 +43,7 @@ class Variant:
 
     @property
     def right_side(self) -> str:
-        """The model that gives accelerations."""
+        """The model of accelerations."""
         if self.suffix == DRIVES.suffix:
             return CLOSED
         return "inverse_dynamics" if self.is_driven else "direct_dynamics"
@@ -52,12 +58,13 @@ EXTERNAL_RATE = f"{EXTERNAL}d"
 STATES = "z"
 """States of friction and drives."""
 LOAD, PASSED = "load", "passed_torques"
-"""The torques through joints whose friction rises with them, which stages find, and the model that gives them."""
+"""The argument of torques through joints with load-dependent friction, and the model that computes them."""
 WRENCH, DEGREES = "f0", 6
 """The wrench on the base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
+KINDS: Mapping[type, str] = {Tableau: "explicit", WMethod: "w", Rosenbrock: "rosenbrock", Midpoint: "midpoint"}
 CLOSED = "closed_dynamics"
 """The direct dynamic model under the drives."""
 DRIVES = Variant("_drives", ("r", "rd", "rdd", "tau"), (), ", motors under their drives at r, rd, rdd and under tau")
@@ -66,7 +73,7 @@ RATES = {
     "yddd": "derivative of ydd by time at t",
     EXTERNAL_RATE: "derivative of f_ext by time at t",
 }
-"""Meaning of what changes by time."""
+"""Meanings of the derivatives by time."""
 
 
 @dataclass(frozen=True)
@@ -102,12 +109,18 @@ class MethodText:
     iterations: int
     variants: tuple[Variant, ...]
 
+    @property
+    def steps(self) -> list[tuple[Variant, bool]]:
+        """Variants of the steps of the method, each without and, where the method has one, with its error."""
+        errors = (False, True) if self.error else (False,)
+        return [(variant, with_error) for variant in self.variants for with_error in errors]
+
     def nodes_of(self, variant: Variant) -> tuple[Fraction, ...]:
-        """The nodes at which a variant is given the motors."""
+        """The nodes at which a variant has inputs of motors."""
         return (*self.nodes, *self.end) if variant.is_driven else self.nodes
 
     def times(self, variant: Variant) -> tuple[str, ...]:
-        """Their times in words."""
+        """Times of the nodes, in words."""
         return tuple(map(_in_words, self.nodes_of(variant)))
 
 
@@ -119,7 +132,7 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
     return MethodText(
         name=method.name,
         title=method.title,
-        kind=_kind(method),
+        kind=KINDS[type(method)],
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
         nodes=nodes,
         parts=tuple(map(literal.number, nodes)),
@@ -133,31 +146,31 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 
 
 def variants(package: Package, with_states: bool) -> tuple[Variant, ...]:
-    """Return the ways in which motors can be given: prescribed motions where they own entries of q, drives."""
+    """Return the possible variants of motor inputs: prescribed motions only for independent motors, drives."""
     moves = bool(package.base) or len(package.motors) < len(package.axes)
-    found = [DRIVES if package.only == DRIVES.suffix else TORQUE]
+    variants = [DRIVES if package.only == DRIVES.suffix else TORQUE]
     if package.motor_names and package.only is None:
-        found += [SERVO, *([DRIVEN] if package.has_motors_in_q and moves else [])]
+        variants += [SERVO, *([DRIVEN] if package.has_motors_in_q and moves else [])]
         closed = any(function.name == CLOSED for function in package.functions)
-        found += [DRIVES] if with_states and closed else []
-    return tuple(map(_under_forces, found) if package.external else found)
+        variants += [DRIVES] if with_states and closed else []
+    return tuple(map(_under_forces, variants) if package.external else variants)
 
 
 def states_carried(variant: Variant, package: Package) -> int:
-    """Return how many states of friction and drives a step takes further, beside positions and velocities."""
+    """Return the number of states of friction and drives of a step."""
     called = next((f for f in package.functions if f.name == variant.right_side), None)
     return next((a.size for a in called.arguments if a.name == STATES), 0) if called else 0
 
 
 def blocks_carried(variant: Variant, package: Package) -> tuple[Argument, ...]:
-    """Return the blocks that a step takes further, states of friction and drives last."""
-    others = tuple(block for block in package.state if block.name != STATES)
+    """Return the blocks that a step integrates, states of friction and drives last."""
+    blocks = tuple(block for block in package.state if block.name != STATES)
     size = states_carried(variant, package)
-    return (*others, Argument(quantity(STATES), size)) if size else others
+    return (*blocks, Argument(quantity(STATES), size)) if size else blocks
 
 
 def given_to_factors(variant: Variant, package: Package) -> tuple[str, ...]:
-    """Return what the factors of an implicit step are given of the motors: gains, or rows of t where limits act."""
+    """Return the motor arguments of the factors of an implicit step: gains, or rows of t where limits act."""
     function = next((f for f in package.functions if f.name == f"implicit_factors{variant.suffix}"), None)
     limited = function and any(argument.name == DRIVES.of_nodes[0] for argument in function.arguments)
     return DRIVES.of_nodes if limited else variant.of_step
@@ -170,9 +183,9 @@ def _under_forces(variant: Variant) -> Variant:
 
 def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
     """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on the base."""
-    given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
-    given |= {EXTERNAL: package.external} if package.external else {}
-    return given | ({WRENCH: DEGREES} if package.base else {})
+    sizes = dict.fromkeys(variant.of_nodes, len(package.motor_names))
+    sizes |= {EXTERNAL: package.external} if package.external else {}
+    return sizes | ({WRENCH: DEGREES} if package.base else {})
 
 
 def loads_of(package: Package) -> int:
@@ -183,7 +196,7 @@ def loads_of(package: Package) -> int:
 def settling_of(package: Package, literal: Literals) -> dict[str, str | int]:
     """Return when the loads of joints settle; empty where no friction rises with them.
 
-    A change counts by what is rounded off beside all terms, a load is extrapolated where it bends so much by squares.
+    A change counts by its rounding against all terms, a load is extrapolated where it bends so much by squares.
     """
     if not (count := loads_of(package)):
         return {}
@@ -197,7 +210,7 @@ def entries_of_state(package: Package) -> int:
 
 
 def error_meaning(package: Package, states: int = 0) -> str:
-    """Return what the error of a step holds, in words."""
+    """Return the meaning of the error of a step, in words."""
     if states:
         return f"{error_meaning(package)}".replace("then of qd", "of qd, then of z")
     if package.base:
@@ -224,11 +237,6 @@ def _in_words(node: Fraction) -> str:
     """A time after a part of a step: `t`, `t + 0.5 h`, `t + h`."""
     number = repr(float(node))
     return {"0.0": "t", "1.0": "t + h"}.get(number, f"t + {number} h")
-
-
-def _kind(method: Method) -> str:
-    kinds: Mapping[type, str] = {Tableau: "explicit", WMethod: "w", Rosenbrock: "rosenbrock", Midpoint: "midpoint"}
-    return kinds[type(method)]
 
 
 def _weights(method: Method) -> Coefficients:

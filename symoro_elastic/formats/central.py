@@ -1,83 +1,68 @@
-"""Inertial parameters about the centre of mass, converted to the origin of the frame, as .par files need them."""
+"""Inertial parameters about the centre of mass and about the origin of any frame; numbers stay exact."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from decimal import Decimal
-from fractions import Fraction
+from dataclasses import replace
+from typing import Any
 
+import numpy as np
+
+from symoro_elastic.formats.polynomials import Polynomial, vector_of
+from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body
 
+ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Entries of a tensor in the order of a table."""
+ROUNDING = 64 * 2.0**-52
+"""Part of the largest entry of a turned tensor below which an entry is zero."""
+
 
 def about_origin(body: Body) -> Body:
-    """The same body with first moments and inertia about the origin; numbers stay exact.
+    """The same body with first moments and inertia about the origin.
 
     Raises `FormulaError` where an expression grows beyond what is read.
     """
     if not body.central:
         return body
-    m, (x, y, z) = body.mass, body.moments
-    xx, xy, xz, yy, yz, zz = body.inertia
-    return Body(
-        mass=m,
-        moments=(_product(m, x), _product(m, y), _product(m, z)),
-        inertia=(
-            _sum(xx, [_product(m, y, y), _product(m, z, z)]),
-            _difference(xy, _product(m, x, y)),
-            _difference(xz, _product(m, x, z)),
-            _sum(yy, [_product(m, x, x), _product(m, z, z)]),
-            _difference(yz, _product(m, y, z)),
-            _sum(zz, [_product(m, x, x), _product(m, y, y)]),
-        ),
-    )
+    mass, center = Polynomial.of(body.mass), vector_of(body.moments)
+    return _with(replace(body, central=False), center * mass, _tensor(body) + _shift(center, center * mass) / 2)
 
 
-def _number(formula: Formula) -> Fraction | None:
-    value = formula.tree[1] if formula.tree[0] == "number" else None
-    return value if isinstance(value, Fraction) else None
+def normal(body: Body) -> Body:
+    """The same body with its columns written as `about_origin` writes them."""
+    return _with(body, vector_of(body.moments), _tensor(body))
 
 
-def _decimal(value: Fraction) -> Formula:
-    """A finite decimal fraction, written out exactly."""
-    places = 0
-    while (value * 10**places).denominator != 1:
-        places += 1
-    digits = value * 10**places
-    return Formula.parse(str(Decimal(f"{digits}E-{places}")))
+def moved_body(body: Body, place: Placement) -> Body:
+    """A body in a frame that is placed in another, in that other frame; raises `FormulaError` as `about_origin`."""
+    turn, t, mass = place.rotation, vector_of(place.translation), Polynomial.of(body.mass)
+    inertia, moments = turn @ _tensor(body) @ turn.T, turn @ vector_of(body.moments)
+    if body.central:
+        return _with(body, moments + t, inertia)
+    return _with(body, moments + t * mass, inertia + _shift(moments, t) + _shift(t, t * mass) / 2)
 
 
-def _product(*factors: Formula) -> Formula:
-    numbers = [_number(factor) for factor in factors]
-    if Fraction(0) in numbers:
-        return ZERO
-    constant = Fraction(1)
-    for number in numbers:
-        constant *= 1 if number is None else number
-    names = [_bracketed(factor) for factor, number in zip(factors, numbers, strict=True) if number is None]
-    if not names:
-        return _decimal(constant)
-    return Formula.parse("*".join(names if constant == 1 else [_bracketed(_decimal(constant)), *names]))
+def _tensor(body: Body) -> Any:
+    xx, xy, xz, yy, yz, zz = vector_of(body.inertia)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
 
 
-def _sum(first: Formula, others: Iterable[Formula]) -> Formula:
-    terms = [term for term in (first, *others) if not term.is_zero]
-    numbers = [_number(term) for term in terms]
-    total = sum((number for number in numbers if number is not None), Fraction(0))
-    named = [_bracketed(term) for term, number in zip(terms, numbers, strict=True) if number is None]
-    if not named:
-        return _decimal(total) if len(terms) > 1 else (terms or [ZERO])[0]
-    return Formula.parse(" + ".join([*named, _bracketed(_decimal(total))] if total else named))
+def _shift(moments: Any, t: Any) -> Any:
+    """Return the change of inertia with first moments by a displacement t of the frame's origin."""
+    outer = np.multiply.outer(moments, t)
+    unit = np.eye(3) * (moments @ t)
+    return unit + unit - outer - outer.T
 
 
-def _difference(first: Formula, second: Formula) -> Formula:
-    number = _number(second)
-    if number is not None:
-        return _sum(first, [] if number == 0 else [_decimal(-number)])
-    return Formula.parse(f"{'' if first.is_zero else _bracketed(first) + ' '}- {_bracketed(second)}")
+def _with(body: Body, moments: Any, inertia: Any) -> Body:
+    """The body with these polynomials in its columns."""
+    least = ROUNDING * max(abs(x.constant or 0.0) for x in inertia.flat)
+    x, y, z = (cell.formula for cell in moments)
+    xx, xy, xz, yy, yz, zz = (_formula(inertia[entry], least) for entry in ENTRIES)
+    return replace(body, moments=(x, y, z), inertia=(xx, xy, xz, yy, yz, zz))
 
 
-def _bracketed(formula: Formula) -> str:
-    """The text of a formula, in brackets unless it is a name, a product of names or a plain number."""
-    plain = formula.text.replace("_", "").replace("*", "").replace(".", "").isalnum() and "**" not in formula.text
-    return formula.text if plain else f"({formula.text})"
+def _formula(cell: Polynomial, least: float) -> Formula:
+    constant = cell.constant
+    return ZERO if constant is not None and abs(constant) <= least else cell.formula

@@ -15,14 +15,14 @@ UTF_8, WESTERN = "utf-8-sig", "cp1252"
 
 
 def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
-    """The text of a file in the first of these encodings that it fits, at most 5 MB, without byte order mark."""
-    content = read_file(path, most=MAX_BYTES + 1)
+    """The text of a file in the first valid encoding, at most 5 MB, without byte order mark."""
+    return text_of(read_file(path, most=MAX_BYTES + 1), str(path), encodings)
+
+
+def text_of(content: bytes, source: str, encodings: Sequence[str] = (UTF_8,)) -> str:
+    """Return the text of the content of a file, as `load_text` does."""
     if len(content) > MAX_BYTES:
-        raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: too large for a machine description")
-    return _decoded(content, str(path), encodings)
-
-
-def _decoded(content: bytes, source: str, encodings: Sequence[str]) -> str:
+        raise InputError(source, "file", f"larger than {MAX_BYTES // 10**6} MB: too large for a machine description")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(source, "line 1, column 1", "the file is UTF-16 text: save it as UTF-8")
     failed = None

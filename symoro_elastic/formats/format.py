@@ -7,12 +7,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from symoro_elastic.formats.files import UTF_8
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import FormatName
 from symoro_elastic.machine.machine import Machine
 
 if TYPE_CHECKING:
     from symoro_elastic.formats.robots.robot import Description
+
+
+MOST_SNAP = 1e-3
+"""Largest tolerance, rad and m: beyond it other angles are meant."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +61,10 @@ class SpringOnJoint:
 
 @dataclass(frozen=True)
 class Conversion:
-    """What is changed in robots as links and joints on the way to their table.
+    """Changes to a machine before its table is made.
 
-    `snap` is the tolerance, rad and m, within which angles become multiples of pi/12 and lengths zero; None leaves all
-    as it is. `springs` are put behind the motors of joints.
+    `snap` is the tolerance, rad and m, within which angles become multiples of pi/12 and lengths of robots as links and
+    joints zero; None leaves these as they are. `springs` are put behind the motors of joints.
     """
 
     snap: float | None = None
@@ -67,11 +72,14 @@ class Conversion:
 
     @classmethod
     def of(cls, snap: float | None, springs: Mapping[str, float | Sequence[float]]) -> Conversion | None:
-        """The conversion with this tolerance and these springs by joint; None where it changes nothing.
+        """The conversion with this tolerance and these springs by joint; None without changes.
 
         A spring is its stiffness, alone or with the inertia of the rotor.
         """
-        found = {
+        springs_by_joint = {
             name: SpringOnJoint(*x) if isinstance(x, Sequence) else SpringOnJoint(x) for name, x in springs.items()
         }
-        return cls(snap, found) if found or snap is not None else None
+        if snap is not None and not 0 < snap <= MOST_SNAP:
+            what = f"{snap:g} is not a tolerance, rad and m: give more than 0, at most {MOST_SNAP:g}"
+            raise InputError("symoro-elastic", "--snap", what)
+        return cls(snap, springs_by_joint) if springs_by_joint or snap is not None else None

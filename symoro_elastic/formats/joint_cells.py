@@ -22,8 +22,8 @@ def formula(written: str | int, source: str, place: str) -> Formula:
     try:
         return Formula.parse(" ".join(written.split()) if isinstance(written, str) else written)
     except FormulaError as error:
-        said = f"{quote(written)}: " if isinstance(written, str) else ""
-        raise InputError(source, place, f"{said}{error}") from None
+        prefix = f"{quote(written)}: " if isinstance(written, str) else ""
+        raise InputError(source, place, f"{prefix}{error}") from None
 
 
 def whole(written: str | int, source: str, place: str) -> int:
@@ -35,13 +35,13 @@ def whole(written: str | int, source: str, place: str) -> int:
 
 
 def offset_of(cell: Formula, variable: str) -> Formula | None:
-    """What is added to the joint variable in `cell`: a constant, or a formula of the variables of other joints.
+    """Return the offset of the joint variable in `cell`: a constant, or a formula of other joints' variables.
 
-    None if the variable does not stand in it once, as a term of its sum and without a factor.
+    None if the variable is not in it once, as a term of its sum and without a factor.
     """
     text = _without_parentheses(cell)
-    before, found, after = _around(text, variable)
-    if not found:
+    before, is_there, after = _around(text, variable)
+    if not is_there:
         return None
     if before and not before.endswith("+"):
         return None
@@ -77,7 +77,7 @@ def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
 
 
 def not_alone(cell: Formula, variable: str) -> str:
-    """What is wrong with a cell in which the joint variable has a factor, or occurs twice."""
+    """Return why a joint variable with a factor, or that occurs twice, is invalid."""
     allowed = "alone or plus a constant or a formula of the variables of other joints"
     return f"{quote(cell)} must be the joint variable {variable!r}, {allowed}"
 

@@ -1,19 +1,19 @@
-"""What kind of file a path leads to, where it cannot be read as what it was given for."""
+"""The kind of a file from its name and content, for messages about files of another kind."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.toml.tables import load
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.machine.format_names import SYMORO, is_robot
 
-MOST_CHARACTERS = 5_000_000
 HEADER = 1000
 
 
@@ -36,19 +36,19 @@ REMEDIES = {
 
 @contextmanager
 def read_as(kind: FileKind, path: str | Path) -> Iterator[None]:
-    """Within it, what cannot be read as a file of this kind is said to be of another one, where it is."""
+    """Within this block, an unreadable file of another kind is reported as that kind."""
     try:
         yield
     except InputError:
-        found = kind_of(Path(path))
-        if found in (None, kind):
+        actual = kind_of(Path(path))
+        if actual in (None, kind):
             raise
-        what = f"is {found.value}, not {kind.value}: {REMEDIES[kind]}"
+        what = f"is {actual.value}, not {kind.value}: {REMEDIES[kind]}"
         raise InputError(str(path), "file", what) from None
 
 
 def kind_of(path: Path) -> FileKind | None:
-    """Return the kind of a file by its suffix and its first words; None where they do not tell."""
+    """Return the kind of a file by its suffix and its first words; None if they do not determine it."""
     suffix = path.suffix.lower()
     if not is_plain_file(path):
         return None
@@ -74,8 +74,8 @@ def _kind_of_table(path: Path) -> FileKind | None:
 
 def _kind_of_toml(path: Path) -> FileKind | None:
     try:
-        keys = tomllib.loads(read_file(path, most=MOST_CHARACTERS).decode("utf-8-sig")).keys()
-    except (InputError, ValueError, RecursionError):
+        keys = load(load_text(path), str(path)).entries.keys()
+    except InputError:
         return None
     if "joints" in keys:
         return FileKind.MACHINE

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.files import load_text, text_of
 from symoro_elastic.formats.format import Conversion, Format
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.par import reading as par
-from symoro_elastic.formats.robots.robot_formats import DISTAL, MJCF, URDF
+from symoro_elastic.formats.robots.converting import DISTAL, MJCF, URDF
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import write_text
@@ -19,6 +19,7 @@ from symoro_elastic.machine.format_names import in_words, suffixes
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import NONE, Reasons
 from symoro_elastic.machine.resolve import Models
+from symoro_elastic.machine.rounded_angles import DECIMALS, with_exact_angles
 from symoro_elastic.machine.valid_names import with_valid_names
 
 FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, MJCF, DISTAL)
@@ -28,36 +29,43 @@ ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.ur
 
 
 def read_machine(
-    path: str | Path, taken: Reasons = NONE, models: Models | None = None
+    path: str | Path, reserved: Reasons = NONE, models: Models | None = None
 ) -> tuple[DescribedMachine, list[str]]:
     """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
-    machine = read(path, taken)
-    return machine, check(machine, taken, models)
+    machine = read(path, reserved)
+    return machine, check(machine, reserved, models)
 
 
-def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None = None) -> DescribedMachine:
+def read(path: str | Path, reserved: Reasons = NONE, conversion: Conversion | None = None) -> DescribedMachine:
     """The machine in a file, not yet checked by `check`; raises `InputError`.
 
-    Names of robots that generated code cannot take, or that are `taken`, are changed. Robots as links and joints may
+    Names of robots that generated code cannot take, or that are `reserved`, are changed. Robots as links and joints may
     be converted; other machines are refused then.
     """
     with read_as(FileKind.MACHINE, path):
-        return _read(path, taken, conversion)
+        form = format_of(path, FORMATS)
+        return _machine_in(load_text(path, form.encodings), form, path, reserved, conversion)
 
 
-def _read(path: str | Path, taken: Reasons, conversion: Conversion | None) -> DescribedMachine:
+def read_content(content: bytes, path: str | Path, reserved: Reasons = NONE) -> DescribedMachine:
+    """Return the machine of a file from its content, without access to the file; raises `InputError`."""
     form = format_of(path, FORMATS)
-    text = load_text(path, form.encodings)
+    return _machine_in(text_of(content, str(path), form.encodings), form, path, reserved)
+
+
+def _machine_in(
+    text: str, form: Format, path: str | Path, reserved: Reasons, conversion: Conversion | None = None
+) -> DescribedMachine:
     if form.describe is None:
-        if conversion and conversion != Conversion():
-            what = f"--snap and --elastic are for robots as links and joints, not for {form.title} files"
+        if conversion and conversion.springs:
+            what = f"--elastic is for robots as links and joints, not for {form.title} files"
             raise InputError(str(path), "file", what)
-        return form.read(text, str(path))
+        return with_exact_angles(form.read(text, str(path)), (conversion and conversion.snap) or DECIMALS)
     if conversion is None:
-        return with_valid_names(form.read(text, str(path)), taken)
+        return with_valid_names(form.read(text, str(path)), reserved)
     from symoro_elastic.formats.robots.converting import machine_with_changes
 
-    return with_valid_names(machine_with_changes(form.describe(text, str(path)), str(path), conversion), taken)
+    return with_valid_names(machine_with_changes(form.describe(text, str(path)), str(path), conversion), reserved)
 
 
 def write_machine(machine: Machine, path: str | Path, like: str | Path | None = None) -> str:
@@ -92,6 +100,6 @@ def format_of(path: str | Path, formats: Iterable[Format], place: str = "file") 
     for form in formats:
         if suffix in form.suffixes:
             return form
-    known = in_words(suffixes([form.named for form in formats]))
-    what = ADVICE.get(suffix) or f"the suffix {suffix!r} is not a machine format: use {known}"
+    accepted = in_words(suffixes([form.named for form in formats]))
+    what = ADVICE.get(suffix) or f"the suffix {suffix!r} is not a machine format: use {accepted}"
     raise InputError(str(path), place, what)

@@ -1,1 +1,1 @@
-"""What does not depend on machines."""
+"""Foundations that are independent of machines."""

@@ -1,7 +1,9 @@
-"""Formats of files that are written: the suffix of the name says which one."""
+"""Formats of output files, determined by the suffix."""
 
 from __future__ import annotations
 
+import ntpath
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -25,13 +27,25 @@ WRITTEN = (*COLUMNS, *MODES, *LINEARIZATIONS, *RESPONSES, *SWEEPS, *PICTURES, *P
 OF_FILES = frozenset((*WRITTEN, *SCHEMAS, *DOCUMENTS, *CODE, *OTHERS))
 """Suffixes of what is a file: no folder is made of such a name."""
 
+DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)", re.ASCII | re.IGNORECASE)
+"""Names that Windows keeps for devices, whatever suffix they have."""
+
+
+def why_not_on_windows(path: str) -> str:
+    """Return why a path cannot be a file on Windows; empty for others."""
+    _, path = ntpath.splitdrive(path)
+    if ":" in path:
+        return "a stream of another file"
+    stems = (part.partition(".")[0].rstrip(" ") for part in re.split(r"[/\\]", path))
+    return "a device" if any(map(DEVICE.fullmatch, stems)) else ""
+
 
 def form_of(path: str | Path, forms: Sequence[str] | dict[str, str], place: str = "file") -> str:
-    """Return the suffix of a file, one of `forms`, in small letters; raises `InputError`."""
+    """Return the suffix of a file, one of `forms`, in lower case; raises `InputError`."""
     suffix = Path(path).suffix.lower()
     if suffix not in forms:
-        *others, last = forms
-        known = f"{', '.join(others)} or {last}" if others else last
-        given = f"there is no format {Path(path).suffix!r}" if suffix else "its format is not said"
-        raise InputError(str(path), place, f"{given}: end the name with {known}")
+        *first, last = forms
+        listed = f"{', '.join(first)} or {last}" if first else last
+        message = f"unknown format {Path(path).suffix!r}" if suffix else "its format is missing"
+        raise InputError(str(path), place, f"{message}: end the name with {listed}")
     return suffix

@@ -1,4 +1,4 @@
-"""Files that the program reads: plain ones, opened here and nowhere else.
+"""Input files: regular ones, opened in this module only.
 
 A pipe would keep the program waiting for ever, and a device may have no end: neither is opened. Files are written by
 `output_files`; `tests/architecture/test_files.py` holds that nothing goes around the two.
@@ -14,14 +14,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.shipped import example_called
 
 AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 """Flags with which opening never waits, and with which no system changes line ends."""
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""Flag with which a link is not opened."""
+PACKAGE = Path(__file__).resolve().parents[1]
+EXAMPLES, SCENES = "examples", "scenes"
+SUFFIXES = (".toml", ".par", ".urdf", ".xml")
+"""Of examples, in the order in which a name without suffix is looked for."""
 
 
 def is_plain_file(path: str | Path) -> bool:
-    """Return whether a path leads to a plain file; False too for names that no file can have."""
+    """Return whether a path leads to a regular file; False for names that are impossible."""
     try:
         return stat.S_ISREG(os.stat(path).st_mode)
     except (OSError, ValueError):
@@ -29,18 +34,21 @@ def is_plain_file(path: str | Path) -> bool:
 
 
 @contextmanager
-def open_file(path: str | Path, place: str = "file") -> Iterator[BinaryIO]:
-    """Open a plain file to read its bytes. Raises `InputError`, also where reading fails in the block."""
+def open_file(path: str | Path, place: str = "file", follow: bool = True) -> Iterator[BinaryIO]:
+    """Open a regular file to read its bytes; links are followed, or never.
+
+    Raises `InputError`, also where reading fails in the block.
+    """
     try:
-        with _opened(path, place) as stream:
+        with _open(path, place, follow) as stream:
             yield stream
     except OSError as error:
         raise InputError(str(path), place, f"cannot be read: {error.strerror or error}") from None
 
 
-def read_file(path: str | Path, place: str = "file", most: int | None = None) -> bytes:
-    """Return the bytes of a plain file, all or the first `most`. Raises `InputError`."""
-    with open_file(path, place) as stream:
+def read_file(path: str | Path, place: str = "file", most: int | None = None, follow: bool = True) -> bytes:
+    """Return the bytes of a regular file, all or the first `most`; links followed, or never. Raises `InputError`."""
+    with open_file(path, place, follow) as stream:
         return stream.read() if most is None else stream.read(most)
 
 
@@ -49,13 +57,13 @@ def size_of(stream: BinaryIO) -> int:
     return os.fstat(stream.fileno()).st_size
 
 
-def _opened(path: str | Path, place: str) -> BinaryIO:
-    """Return a file opened without waiting; what is found is looked at again, as it may have changed since."""
+def _open(path: str | Path, place: str, follow: bool) -> BinaryIO:
+    """Return a file opened without blocking; its type is checked again, since it may have changed."""
     try:
-        _refuse_special(os.stat(path), path, place)
-        opened = os.open(path, os.O_RDONLY | AT_ONCE)
+        _refuse_special(os.stat(path, follow_symlinks=follow), path, place)
+        opened = os.open(path, os.O_RDONLY | AT_ONCE | (0 if follow else NO_LINK))
     except (FileNotFoundError, NotADirectoryError, ValueError):
-        raise InputError(str(path), place, f"there is no such file{_example(Path(path).name)}") from None
+        raise InputError(str(path), place, f"no such file{_example(Path(path).name)}") from None
     try:
         _refuse_special(os.fstat(opened), path, place)
         return os.fdopen(opened, "rb")
@@ -65,17 +73,49 @@ def _opened(path: str | Path, place: str) -> BinaryIO:
 
 
 def _example(name: str) -> str:
-    """The end of a message about a file that is missing, where it has the name of an example."""
-    known = example_called(name)
-    return f"; an example is called so, which symoro-elastic new --example {known} writes" if known else ""
+    """The end of a message about a missing file that has the name of an example."""
+    example = example_called(name)
+    return f"; an example is called so, which symoro-elastic new --example {example} writes" if example else ""
 
 
-def _refuse_special(found: os.stat_result, path: str | Path, place: str) -> None:
-    if not stat.S_ISREG(found.st_mode):
-        raise InputError(str(path), place, f"is not a file: it is a {kind_of_file(found)}")
+def _refuse_special(status: os.stat_result, path: str | Path, place: str) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(str(path), place, f"is not a file: it is a {kind_of_file(status)}")
 
 
-def kind_of_file(found: os.stat_result) -> str:
-    """Return what a path leads to, in a word."""
-    kinds = {stat.S_ISDIR: "folder", stat.S_ISFIFO: "pipe", stat.S_ISSOCK: "socket"}
-    return next((name for holds, name in kinds.items() if holds(found.st_mode)), "device")
+def kind_of_file(status: os.stat_result) -> str:
+    """Return the type of a file in a word."""
+    kinds = {stat.S_ISDIR: "folder", stat.S_ISFIFO: "pipe", stat.S_ISSOCK: "socket", stat.S_ISLNK: "link"}
+    return next((name for holds, name in kinds.items() if holds(status.st_mode)), "device")
+
+
+def shipped_folder(name: str, holding: str) -> Path:
+    """Return a folder of the package that contains another one; raises `FileNotFoundError`."""
+    places = (PACKAGE / name, PACKAGE.parent / name)
+    for place in places:
+        if (place / holding).is_dir():
+            return place
+    raise FileNotFoundError(f"no {name} in {places[0]} nor in {places[1]}: reinstall symoro-elastic")
+
+
+def examples(*, scenes: bool = True) -> dict[str, Path]:
+    """Return the examples by name, without suffix if unique: machines, and scenes of them."""
+    files = list(_files(scenes))
+    paths: dict[str, Path] = {}
+    for path in sorted(files, key=lambda path: (path.stem, SUFFIXES.index(path.suffix))):
+        paths[path.name if path.stem in paths else path.stem] = path
+    return dict(sorted(paths.items()))
+
+
+def example_called(name: str) -> str:
+    """Return the name of the example with this file name, empty if there is none."""
+    return next((name_of_example for name_of_example, path in examples().items() if path.name == name), "")
+
+
+def _files(scenes: bool) -> Iterator[Path]:
+    try:
+        folder = shipped_folder(EXAMPLES, SCENES)
+    except FileNotFoundError:
+        return
+    folders = (folder, folder / SCENES) if scenes else (folder,)
+    yield from (path for folder in folders for path in folder.iterdir() if path.suffix in SUFFIXES)

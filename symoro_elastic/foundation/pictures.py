@@ -1,4 +1,4 @@
-"""Plots without a window: figures of matplotlib, drawn when they are asked for and saved with the same bytes each time.
+"""Plots without a window: figures of matplotlib, drawn on request and saved with the same bytes each time.
 
 matplotlib is imported when a figure is drawn.
 """
@@ -31,9 +31,9 @@ GLYPHS = "Glyph .* missing from"
 
 @dataclass(frozen=True)
 class Plot:
-    """One way to draw a result: `draw` takes rows x columns axes, row by row, `size` is in inches.
+    """A drawing of a result: the arguments of `draw` are rows x columns axes, row by row, `size` is in inches.
 
-    The title says what is drawn, and of which machine.
+    The title names the quantity and the machine.
     """
 
     title: str
@@ -45,9 +45,9 @@ class Plot:
     share_x: bool = True
 
     def figure(self, *, dark: bool = False) -> Any:
-        """Return a new figure, on light or on dark paper. Raises `InputError` where matplotlib is missing."""
+        """Return a new figure, on light or on dark paper. Raises `InputError` without matplotlib."""
         shades = DARK if dark else LIGHT
-        with _styled(style(shades), shades):
+        with _style(style(shades), shades):
             figure = _figure_class()(figsize=self.size, layout="constrained")
             figure.shades = shades
             shared: dict[str, Any] = {"sharex": self.share_x and self.columns == 1, "squeeze": False}
@@ -58,17 +58,17 @@ class Plot:
         return figure
 
     def into(self, axes: Any) -> Any:
-        """Draw into axes of the user, one or as many as are needed, and return them; raises `InputError`."""
-        given = [*axes.flat] if hasattr(axes, "flat") else [*axes] if isinstance(axes, Iterable) else [axes]
-        if len(given) != (wanted := self.rows * self.columns):
-            what = f"this plot needs {wanted}, not {len(given)}: plt.subplots({self.rows}, {self.columns})[1] has them"
+        """Draw into the user's axes, one or as many as needed, and return them; raises `InputError`."""
+        boxes = [*axes.flat] if hasattr(axes, "flat") else [*axes] if isinstance(axes, Iterable) else [axes]
+        if len(boxes) != (wanted := self.rows * self.columns):
+            what = f"this plot needs {wanted}, not {len(boxes)}: plt.subplots({self.rows}, {self.columns})[1] has them"
             raise InputError("symoro-elastic", "axes", what)
-        with _styled(CURVES, LIGHT):
-            self.draw(*given)
-            width = given[0].get_window_extent().width / given[0].figure.dpi
-            given[0].set_title(lines_of(self.title, width))
-        for each in given:
-            for text in each.findobj(_matplotlib("matplotlib.text").Text):
+        with _style(CURVES, LIGHT):
+            self.draw(*boxes)
+            width = boxes[0].get_window_extent().width / boxes[0].figure.dpi
+            boxes[0].set_title(lines_of(self.title, width))
+        for axis in boxes:
+            for text in axis.findobj(_matplotlib("matplotlib.text").Text):
                 text.set_parse_math(False)
         return axes
 
@@ -81,8 +81,8 @@ class Figures(Mapping[str, Any]):
 
     def __init__(self, plots: Mapping[str, Plot | str]) -> None:
         self.all = dict(plots)
-        self._plots = {name: one for name, one in plots.items() if isinstance(one, Plot)}
-        self.left_out = {name: one for name, one in plots.items() if isinstance(one, str)}
+        self._plots = {name: plot for name, plot in plots.items() if isinstance(plot, Plot)}
+        self.left_out = {name: reason for name, reason in plots.items() if isinstance(reason, str)}
 
     def __getitem__(self, name: str) -> Any:
         """Return a new figure."""
@@ -93,7 +93,7 @@ class Figures(Mapping[str, Any]):
         return iter(self._plots)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of figures."""
         return len(self._plots)
 
     def __repr__(self) -> str:
@@ -101,13 +101,13 @@ class Figures(Mapping[str, Any]):
         return f"<Figures: {', '.join(self)}>"
 
     def plot(self, name: str) -> Plot:
-        """Return how one is drawn, by default the first; raises `InputError` for unknown names."""
+        """Return the drawing of a name, by default the first; raises `InputError` for unknown names."""
         if not name and self._plots:
             return next(iter(self._plots.values()))
         if name in self._plots:
             return self._plots[name]
         name = name or next(iter(self.left_out))
-        what = f"there is no {name!r}: choose from {', '.join(self)}"
+        what = f"unknown {name!r}: choose from {', '.join(self)}"
         what = f"{name} is not drawn: {self.left_out[name]}" if name in self.left_out else what
         raise InputError("symoro-elastic", "plot", what)
 
@@ -117,8 +117,8 @@ class Figures(Mapping[str, Any]):
         Raises `InputError` for an unknown format or a folder that cannot be written.
         """
         refuse_format(form)
-        drawn = {f"{file_name(name)}.{form}": picture(figure, form) for name, figure in self.items()}
-        return write_all(drawn, Path(folder), "--plots")
+        contents = {f"{file_name(name)}.{form}": picture(figure, form) for name, figure in self.items()}
+        return write_all(contents, Path(folder), "--plots")
 
     def _repr_html_(self) -> str:
         """Return the figures as pictures of a page."""
@@ -126,9 +126,9 @@ class Figures(Mapping[str, Any]):
         return "\n".join(f'<img src="data:image/png;base64,{data}">' for data in coded)
 
 
-def numbered(several: Iterable[Figures]) -> Figures:
+def numbered_figures(several: Iterable[Figures]) -> Figures:
     """Return the plots of several results together, `outputs_1`, `outputs_2` and so on."""
-    return Figures({f"{name}_{k}": plot for k, one in enumerate(several, 1) for name, plot in one.all.items()})
+    return Figures({f"{name}_{k}": plot for k, figures in enumerate(several, 1) for name, plot in figures.all.items()})
 
 
 def file_name(name: str) -> str:
@@ -137,12 +137,12 @@ def file_name(name: str) -> str:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Return an empty figure, in inches. Raises `InputError` where matplotlib is missing."""
+    """Return an empty figure, in inches. Raises `InputError` without matplotlib."""
     return _figure_class()(figsize=(width, height))
 
 
 def refuse_format(form: str) -> None:
-    """Raise `InputError` for a format that pictures are not saved in."""
+    """Raise `InputError` for an unsupported picture format."""
     if form not in PICTURE_FORMATS:
         what = f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}"
         raise InputError("symoro-elastic", "--plot-format", what)
@@ -152,7 +152,7 @@ def picture(figure: Any, form: str) -> bytes:
     """Return the picture as the bytes of a file; SVG is for light and dark pages."""
     stream = io.BytesIO()
     undated: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with _styled(style(figure.shades), figure.shades):
+    with _style(style(figure.shades), figure.shades):
         figure.savefig(stream, format=form, dpi=110, metadata=undated.get(form, {}))
     if form == "svg" and figure.shades is LIGHT:
         return on_both_papers(stream.getvalue().decode("utf-8")).encode("utf-8")
@@ -160,7 +160,7 @@ def picture(figure: Any, form: str) -> bytes:
 
 
 @contextmanager
-def _styled(settings: Mapping[str, Any], shades: Shades) -> Iterator[None]:
+def _style(settings: Mapping[str, Any], shades: Shades) -> Iterator[None]:
     token = DRAWN_ON.set(shades)
     try:
         with _matplotlib("matplotlib").rc_context(dict(settings)), warnings.catch_warnings():
@@ -172,7 +172,7 @@ def _styled(settings: Mapping[str, Any], shades: Shades) -> Iterator[None]:
 
 @cache
 def _figure_class() -> Any:
-    """The class of figures: it is drawn in its style wherever that happens, and a notebook shows it."""
+    """The class of figures, drawn in their own style everywhere, and shown by notebooks."""
     figures = _matplotlib("matplotlib.figure")
     canvas = _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg
     constrained = _matplotlib("matplotlib.layout_engine").ConstrainedLayoutEngine
@@ -185,9 +185,9 @@ def _figure_class() -> Any:
             canvas(self)
 
         def draw(self, renderer: Any) -> None:
-            """Draw, or place the axes only: that is all that `savefig` draws a figure for before it has a layout."""
+            """Draw the figure; only place its axes if `savefig` needs its layout."""
             layout = self.get_layout_engine()
-            with _styled(style(self.shades), self.shades):
+            with _style(style(self.shades), self.shades):
                 if isinstance(layout, constrained) and self.canvas.is_saving():
                     layout.execute(self)
                 else:

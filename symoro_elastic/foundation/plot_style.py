@@ -1,6 +1,6 @@
 """One style for all plots: colours and dashes of curves, names, legends, scales, bars, and maps of numbers.
 
-Curves differ in colour and in dashes, so that they are told apart in grey and by colour-blind readers. What comes from
+Curves differ in colour and in dashes, so that they differ in grey and for colour-blind readers. What comes from
 a user, such as names of joints, is text: `$` starts no formula.
 """
 
@@ -28,7 +28,7 @@ MOST_TICKED = 1e3
 """Ratio of a scale by logarithm on which 2 to 9 of each decade are marked; on longer ones 2 and 5, which take as long
 to draw as forty curves."""
 MOST_NAMED = 10
-"""Curves of one diagram with colours of their own; others are grey."""
+"""Curves of a diagram with colours of their own; others are grey."""
 LEAST_NUMBER, DARK_CELL = 0.05, 0.6
 """Of the largest number of a map: one that is written, one on whose colour it is white."""
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -115,12 +115,12 @@ def on_both_papers(svg: str) -> str:
         for kind in ("fill", "stroke")
     ]
     styles = f"<style>@media (prefers-color-scheme: dark) {{ {' '.join(rules)} }}</style>"
-    head, mark, rest = svg.partition("<defs>")
-    return f"{head}{styles}\n {mark}{rest}"
+    head, mark, body = svg.partition("<defs>")
+    return f"{head}{styles}\n {mark}{body}"
 
 
 def curve(k: int) -> dict[str, Any]:
-    """Return colour and dashes of curve k; 36 differ."""
+    """Return colour and dashes of curve k; 36 are distinct."""
     count = len(LIGHT.curves)
     return {"color": shades().curves[k % count], "linestyle": DASHES[(k + k // count) % len(DASHES)]}
 
@@ -131,49 +131,49 @@ def marker(k: int) -> str:
 
 
 def shades() -> Shades:
-    """Return the colours of the paper that is drawn on."""
+    """Return the colours of the current paper."""
     return DRAWN_ON.get()
 
 
-def shortened(text: str, most: int = LONGEST) -> str:
-    """Return a name, shortened in its middle, in printable letters."""
-    shown = "".join(x if x.isprintable() else "\ufffd" for x in str(text))
-    kept = most - 3
-    return shown if len(shown) <= most else f"{shown[: kept - kept // 2]}...{shown[len(shown) - kept // 2 :]}"
+def shorten(text: str, most: int = LONGEST) -> str:
+    """Return a name in printable letters, the middle of a long one replaced by dots."""
+    name = "".join(x if x.isprintable() else "\ufffd" for x in str(text))
+    end = (most - 3) // 2
+    return name if len(name) <= most else f"{name[: most - 3 - end]}...{name[len(name) - end :]}"
 
 
 def lines_of(text: str, inches: float) -> str:
-    """Return a title in lines that are not wider than a figure."""
-    words = " ".join(shortened(word, 28) for word in text.split())
+    """Return a title in lines no wider than a figure."""
+    words = " ".join(shorten(word, 28) for word in text.split())
     return "\n".join(wrap(words, max(16, floor(PER_INCH * inches)), max_lines=MOST_LINES, placeholder=" ..."))
 
 
 def y_label(axes: Any, *parts: str) -> None:
-    """Write what is on the vertical axis and its unit, each on a line of its own where both are long."""
-    shown = [shortened(part, 22) for part in parts if part]
-    axes.set_ylabel((", " if sum(map(len, shown)) <= 22 else ",\n").join(shown))
+    """Write quantity and unit of the vertical axis, on separate lines if both are long."""
+    labels = [shorten(part, 22) for part in parts if part]
+    axes.set_ylabel((", " if sum(map(len, labels)) <= 22 else ",\n").join(labels))
 
 
 def legend(axes: Any, title: str = "", of: Any = None) -> None:
-    """Write the names of curves, of these axes or of others, beside the diagram, if any has one."""
+    """Write the names of curves, of `axes` or other ones, to the right of the diagram."""
     handles, names = (of or axes).get_legend_handles_labels()
     if names:
         more = {"title": title, "title_fontsize": SMALL, "alignment": "left"} if title else {}
-        shown = [shortened(each) for each in names]
+        shown = [shorten(name) for name in names]
         axes.legend(handles, shown, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, **more)
 
 
 def logarithmic(axes: Any, *which: str) -> None:
     """Scale axes "x" and "y" by logarithm, with plain numbers."""
-    for each in which:
-        getattr(axes, f"set_{each}scale")("log")
-        axis = getattr(axes, f"{each}axis")
+    for direction in which:
+        getattr(axes, f"set_{direction}scale")("log")
+        axis = getattr(axes, f"{direction}axis")
         low, high = axis.get_view_interval()
         if low > 0 and high / low > MOST_TICKED:
             axis.get_minor_locator().set_params(subs=(2.0, 5.0))
         axis.set_major_formatter(plain)
         axis.set_minor_formatter(partial(_plain_within_a_decade, axis))
-        axes.grid(True, which="minor", axis=each, linewidth=0.25)
+        axes.grid(True, which="minor", axis=direction, linewidth=0.25)
 
 
 def plain(x: float, place: int | None = None) -> str:
@@ -185,7 +185,7 @@ def plain(x: float, place: int | None = None) -> str:
 
 
 def _plain_within_a_decade(axis: Any, x: float, place: int | None = None) -> str:
-    """A number between powers of ten, where there are not two of these to be read."""
+    """A number between powers of ten, if an axis has fewer than two powers."""
     low, high = axis.get_view_interval()
     is_narrow = low > 0 and np.floor(np.log10(high)) - np.ceil(np.log10(low)) < 1
     is_wide = low > 0 and high / low > 3
@@ -204,22 +204,22 @@ def curves(
     ranks = more.pop("ranks", None)
     if ranks is None:
         ranks = [np.abs(column[np.isfinite(column)]).max(initial=0.0) for column in columns.T]
-    shown = {*np.argsort(-np.asarray(ranks), kind="stable")[:most].tolist()}
-    others = [k for k in range(len(names)) if k not in shown]
-    for k in others:
-        said = f"{len(others)} others" if k == others[0] else None
-        axes.plot(x, columns[:, k], color=shades().grey, linewidth=0.5, label=said, zorder=1)
-    for j, k in enumerate(sorted(shown)):
+    ranked = {*np.argsort(-np.asarray(ranks), kind="stable")[:most].tolist()}
+    grey = [k for k in range(len(names)) if k not in ranked]
+    for k in grey:
+        label = f"{len(grey)} others" if k == grey[0] else None
+        axes.plot(x, columns[:, k], color=shades().grey, linewidth=0.5, label=label, zorder=1)
+    for j, k in enumerate(sorted(ranked)):
         axes.plot(x, columns[:, k], label=names[k], **(curve(first + j) | more))
 
 
 def by_unit(units: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of each unit, in their order."""
-    return {unit: [k for k, each in enumerate(units) if each == unit] for unit in dict.fromkeys(units)}
+    """Return the columns of the units, in their order."""
+    return {unit: [k for k, x in enumerate(units) if x == unit] for unit in dict.fromkeys(units)}
 
 
 def bars(axes: Any, values: Mapping[str, Sequence[float]], rows: Sequence[str]) -> None:
-    """Draw bars of several series by name, one for each row from the top; numbers that are not finite are no bar."""
+    """Draw bars of several series by name, one for each row from the top; without a bar for infinite numbers."""
     height = 0.8 / max(1, len(values))
     for k, (label, series) in enumerate(values.items()):
         sizes = [float(x) if x is not None and isfinite(x) else 0.0 for x in series]
@@ -244,7 +244,7 @@ def dots(axes: Any, values: Mapping[str, Sequence[float | None]], rows: Sequence
 
 
 def _rows(axes: Any, rows: Sequence[str]) -> None:
-    axes.set_yticks(range(len(rows)), [shortened(row) for row in rows])
+    axes.set_yticks(range(len(rows)), [shorten(row) for row in rows])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.grid(False, axis="y")
@@ -253,7 +253,7 @@ def _rows(axes: Any, rows: Sequence[str]) -> None:
 def map_of_numbers(
     axes: Any, values: Array, rows: Sequence[str], columns: Sequence[str], form: str, of: str = ""
 ) -> Any:
-    """Draw numbers (rows, columns) up to 1 as colours with the numbers on them; signed ones from blue to red."""
+    """Draw numbers (rows, columns) up to 1 as colours with their values; signed ones from blue to red."""
     is_signed = form[-2] == "f"
     look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -1.0} if is_signed else {"cmap": "Blues", "vmin": 0.0}
     image = axes.imshow(values, vmax=1.0, aspect="auto", **look)
@@ -261,7 +261,7 @@ def map_of_numbers(
         colour = ON_DARK if abs(values[row, k]) > DARK_CELL else ON_LIGHT
         written = form.format(values[row, k])
         axes.text(k, row, written, ha="center", va="center", fontsize=TINY, color=colour)
-    axes.set_yticks(range(len(rows)), [shortened(row) for row in rows], fontsize=SMALL)
+    axes.set_yticks(range(len(rows)), [shorten(row) for row in rows], fontsize=SMALL)
     axes.set_xticks(range(len(columns)), columns, fontsize=SMALL, rotation=55, ha="right", rotation_mode="anchor")
     axes.grid(False)
     axes.figure.colorbar(image, ax=axes, label=of)
@@ -273,29 +273,29 @@ NEAREST = 0.13
 
 
 def _write_levels(axes: Any, lines: Any) -> None:
-    """Write the level of each contour on the middle of its longest part, legible on every colour."""
+    """Write the levels of contours on the middle of their longest parts, legible on every colour."""
     longest = [max(parts, key=len) for parts in lines.allsegs if parts]
     middles = [part[len(part) // 2 - 1 : len(part) // 2 + 1].mean(axis=0) for part in longest if len(part) > 1]
-    kept: list[int] = []
+    selected: list[int] = []
     points = axes.transData.transform(middles) if middles else ()
     for k, point in enumerate(points):
-        if all(np.hypot(*(point - points[j])) > NEAREST * axes.figure.dpi for j in kept):
-            kept.append(k)
-    places = [tuple(middles[k]) for k in kept]
+        if all(np.hypot(*(point - points[j])) > NEAREST * axes.figure.dpi for j in selected):
+            selected.append(k)
+    places = [tuple(middles[k]) for k in selected]
     written = axes.clabel(lines, fontsize=TINY, fmt="%.4g", colors=ON_LIGHT, manual=places) if places else ()
     for text in written:
         text.set_bbox({"facecolor": ON_DARK, "linewidth": 0, "pad": 0.6})
 
 
 def contours(x: Array, y: Array, values: Any, names: Sequence[str], of: str, axes: Any) -> None:
-    """Draw a map over two quantities as contours with the computed points; over one of a single value as a curve."""
+    """Draw a map over two quantities as contours with the computed points; over a single value as a curve."""
     shape = values.shape
     if min(shape) > 1:
-        drawn = axes.contourf(x, y, values, levels=12)
-        lines = axes.contour(x, y, values, levels=drawn.levels[1:-1:2], colors="#fefefe", linewidths=0.5)
+        filled = axes.contourf(x, y, values, levels=12)
+        lines = axes.contour(x, y, values, levels=filled.levels[1:-1:2], colors="#fefefe", linewidths=0.5)
         _write_levels(axes, lines)
         axes.plot(x.ravel(), y.ravel(), ".", color="#000000", markersize=5, label="computed", clip_on=False)
-        axes.figure.colorbar(drawn, ax=axes, label=of, format="%.4g")
+        axes.figure.colorbar(filled, ax=axes, label=of, format="%.4g")
         axes.set_ylabel(names[1])
     else:
         axes.plot((x if shape[0] > 1 else y).ravel(), values.ravel(), marker=".", **curve(0))

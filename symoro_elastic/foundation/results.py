@@ -1,14 +1,15 @@
-"""Results: data with units, and how they are shown.
+"""Results: data with units, and their views.
 
 A class of results holds its data. How it is printed and exported is registered by class in the module `views` of its
 room, how it is drawn in `plots`, with the functions below. Both are imported when a result is first shown, so that data
-know no table and no plot. A field is declared once: JSON, arrays, data frames and tables take its name, unit and digits
+know no table and no plot. A field is declared once: JSON, arrays, data frames and tables use its name, unit and digits
 from there.
 """
 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, singledispatch
@@ -33,7 +34,7 @@ CELL = "padding:0.15em 1em 0.15em 0;text-align:{}"
 
 @dataclass
 class Table:
-    """Rows of texts below heads; the first `keys` columns stand in every part where it is too wide for a line."""
+    """Rows of texts below heads; the first `keys` columns repeat in every part of a wide table."""
 
     heads: tuple[str, ...]
     rows: list[tuple[str, ...]] = field(default_factory=list)
@@ -41,12 +42,12 @@ class Table:
     keys: int = 1
 
     def add_row(self, *cells: str) -> None:
-        """Append a row; cells that are left out are empty."""
+        """Append a row; missing cells are empty."""
         self.rows.append((*cells, *[""] * (len(self.heads) - len(cells))))
 
     @property
     def columns(self) -> list[tuple[str, tuple[str, ...]]]:
-        """Head and cells of each column."""
+        """Head and cells of the columns."""
         return [(head, tuple(row[k] for row in self.rows)) for k, head in enumerate(self.heads)]
 
 
@@ -56,9 +57,9 @@ Part: TypeAlias = str | Table
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a result or of its rows, declared once: JSON, arrays, data frames and tables take it from here.
+    """A field of a result or of its rows, declared once for JSON, arrays, data frames and tables.
 
-    `value` takes it from the result, or names its attribute, by default `name`. It is in JSON if `json`, in arrays if
+    `value` gets it from the result, or names its attribute, by default `name`. It is in JSON if `json`, in arrays if
     `array`, and in data frames if it has a name there, `column`; a mapping has a column for each of its keys, as in
     "strain in {}". Objects of a class `rows` are the rows of the data frame. In tables it stands below `head` with
     its `unit`, as `text`, or as a number in the format `form`; without a head it is in no table.
@@ -85,7 +86,7 @@ class Field:
         return f"{self.head}, {self.unit}" if self.unit else self.head or ""
 
     def cell(self, result: Any) -> str:
-        """Return its text in a table: a dash for what is not known."""
+        """Return the value's text in a table: a dash for an unknown one."""
         if self.text:
             return self.text(result)
         x = self.of(result)
@@ -103,15 +104,15 @@ def declare(kind: type, *fields: Field) -> None:
 
 
 def fields_of(kind: type) -> tuple[Field, ...]:
-    """Return the fields that are declared for a class."""
+    """Return the declared fields of a class."""
     _load(kind, "views")
-    return next((_FIELDS[each] for each in kind.__mro__ if each in _FIELDS), ())
+    return next((_FIELDS[base] for base in kind.__mro__ if base in _FIELDS), ())
 
 
 def table_of(kind: type, rows: Iterable[Any], title: str = "", keys: int = 1) -> Table:
-    """Return a table of rows of a class: its fields that have a head."""
-    shown = [each for each in fields_of(kind) if each.head is not None]
-    return Table(tuple(each.title for each in shown), [tuple(f.cell(x) for f in shown) for x in rows], title, keys)
+    """Return a table of rows of a class, with its fields that have a head."""
+    shown = [field for field in fields_of(kind) if field.head is not None]
+    return Table(tuple(x.title for x in shown), [tuple(f.cell(x) for f in shown) for x in rows], title, keys)
 
 
 @singledispatch
@@ -123,13 +124,13 @@ def parts_of(result: Any) -> Sequence[Part]:
 @singledispatch
 def json_of(result: Any) -> dict[str, Any]:
     """Return a result, or a row of one, as plain data for JSON: its fields, unless registered otherwise."""
-    return {each.name: plain(each.of(result)) for each in fields_of(type(result)) if each.json}
+    return {item.name: plain(item.of(result)) for item in fields_of(type(result)) if item.json}
 
 
 @singledispatch
 def arrays_of(result: Any) -> Mapping[str, Any]:
     """Return the arrays and names of a result: its fields, unless registered otherwise."""
-    values = ((each.name, each.of(result)) for each in fields_of(type(result)) if each.array)
+    values = ((item.name, item.of(result)) for item in fields_of(type(result)) if item.array)
     return {name: list(x) if isinstance(x, tuple) else x for name, x in values}
 
 
@@ -137,20 +138,20 @@ def arrays_of(result: Any) -> Mapping[str, Any]:
 def columns_of(result: Any) -> Mapping[str, Sequence[Any] | AnyArray]:
     """Return the columns of the data frame of a result: of fields, or of rows, unless registered otherwise."""
     columns: dict[str, Any] = {}
-    for each in fields_of(type(result)):
-        x = each.of(result) if each.column or each.rows else {}
-        if each.rows:
+    for item in fields_of(type(result)):
+        x = item.of(result) if item.column or item.rows else {}
+        if item.rows:
             rows = x.values() if isinstance(x, Mapping) else x
-            columns |= {one.column: [one.of(row) for row in rows] for one in fields_of(each.rows) if one.column}
+            columns |= {x.column: [x.of(row) for row in rows] for x in fields_of(item.rows) if x.column}
         else:
             by_name = x if isinstance(x, Mapping) else {"": x}
-            columns |= {each.column.format(name): row for name, row in by_name.items()}
+            columns |= {item.column.format(name): row for name, row in by_name.items()}
     return columns
 
 
 @singledispatch
 def figures_of(result: Any) -> Mapping[str, Plot | str]:
-    """Return the plots that draw a result, by name, the main one first; a reason in place of one that says nothing.
+    """Return the plots of a result, by name, the main one first; or the reason why one would be empty.
 
     Registered by class in `plots` of its room.
     """
@@ -164,7 +165,7 @@ def plain(x: Any) -> Any:
     if isinstance(x, Mapping):
         return {str(key): plain(value) for key, value in x.items()}
     if isinstance(x, list | tuple):
-        return [plain(each) for each in x]
+        return [plain(entry) for entry in x]
     if isinstance(x, complex):
         return [plain(x.real), plain(x.imag)]
     if isinstance(x, float):
@@ -173,10 +174,10 @@ def plain(x: Any) -> Any:
 
 
 def _load(kind: type, name: str) -> None:
-    """Import the modules `views` or `plots` beside a class and its bases, which register how it is shown."""
-    for each in kind.__mro__:
-        if each.__module__.startswith("symoro_elastic."):
-            _import(f"{each.__module__.rpartition('.')[0]}.{name}")
+    """Import the modules `views` or `plots` of a class and its bases, which register its views."""
+    for base in kind.__mro__:
+        if base.__module__.startswith("symoro_elastic."):
+            _import(f"{base.__module__.rpartition('.')[0]}.{name}")
 
 
 @cache
@@ -190,13 +191,24 @@ class Shown:
 
     @property
     def headline(self) -> str:
-        """What the value is, in a few words."""
+        """Description of the value in a few words."""
         return type(self).__name__
 
     def parts(self) -> Sequence[Part]:
-        """Return tables and sentences that show the value, in their order."""
+        """Return tables and sentences that show the value, in order."""
         _load(type(self), "views")
         return parts_of(self)
+
+    def summary(self) -> str:
+        """Return the sentences that show the value, without its tables: the headline where there are none."""
+        return "\n".join(part for part in self.parts() if isinstance(part, str)) or self.headline
+
+    def table(self) -> Table:
+        """Return the main table; raises `TypeError` for a value without one."""
+        for part in self.parts():
+            if isinstance(part, Table):
+                return part
+        raise TypeError(f"{type(self).__name__} has no table: use its attributes")
 
     def __repr__(self) -> str:
         """Return one line that names the value and its size."""
@@ -221,21 +233,27 @@ class Result(Shown):
         return dict(arrays_of(self)) or self._refuse("arrays")
 
     def columns(self) -> dict[str, Sequence[Any] | AnyArray]:
-        """Return the columns of `frame` by name, of one length."""
+        """Return the columns of `to_frame` by name, of one length."""
         _load(type(self), "views")
         return dict(columns_of(self)) or self._refuse("rows")
 
-    def frame(self) -> Any:
+    def to_frame(self) -> Any:
         """Return a pandas data frame, a row a sample, mode or estimate; raises `InputError` without pandas."""
         return import_optional("pandas", "a data frame", "notebook").DataFrame(self.columns())
 
+    @property
+    def frame(self) -> Callable[[], Any]:
+        """`to_frame` under its former name."""
+        warnings.warn("frame is now to_frame", DeprecationWarning, stacklevel=2)
+        return self.to_frame
+
     def plots(self) -> Figures:
-        """Return all figures by name, which a notebook shows and `save` writes."""
+        """Return all figures by name, which notebooks show and `save` writes."""
         from symoro_elastic.foundation.pictures import Figures
 
         _load(type(self), "plots")
-        found = figures_of(self)
-        return Figures(found) if found else self._refuse("plots")
+        figures = figures_of(self)
+        return Figures(figures) if figures else self._refuse("plots")
 
     def plot(self, name: str = "", axes: Any = None, *, dark: bool = False) -> Any:
         """Return a figure of matplotlib: that of a name in `plots`, by default the first; on dark paper if `dark`.
@@ -251,18 +269,18 @@ class Result(Shown):
 
 
 def inline_page(page: str) -> str:
-    """Return a whole page as a part of another: its styles and names stay within."""
+    """Return a page as a part of another, its styles and names isolated."""
     style = "width:100%;height:40em;border:1px solid #ccc"
     return f'<iframe srcdoc="{escape(page, quote=True)}" style="{style}" title="page"></iframe>'
 
 
 def as_html(part: Part) -> str:
-    """Return a sentence or a table as HTML; numbers of a column stand with their points below each other."""
+    """Return a sentence or a table as HTML; decimal points of a column are aligned."""
     if isinstance(part, str):
         return f"<pre>{escape(part)}</pre>" if "\n" in part else f"<p>{escape(part)}</p>"
     title = f"<caption>{escape(part.title)}</caption>" if part.title else ""
     sides = ["right" if all(map(_is_number, cells)) else "left" for _, cells in part.columns]
-    columns = [_aligned(cells) if side == "right" else [*map(escape, cells)] for side, (_, cells) in
+    columns = [_align_points(cells) if side == "right" else [*map(escape, cells)] for side, (_, cells) in
                zip(sides, part.columns, strict=True)]  # fmt: skip
     heads = _row("th", part.heads, map(_with_unit, part.heads), sides)
     rows = "".join(_row("td", part.heads, row, sides) for row in zip(*columns, strict=True))
@@ -270,7 +288,7 @@ def as_html(part: Part) -> str:
 
 
 def _row(tag: str, heads: Sequence[str], cells: Iterable[str], sides: Sequence[str]) -> str:
-    """A row of cells; on narrow pages a cell of the body names its head."""
+    """A row of cells; on narrow pages each cell of the body names its head."""
     entries = (
         f'<{tag} style="{CELL.format(side)}"{named}>{cell}</{tag}>'
         for head, cell, side in zip(heads, cells, sides, strict=True)
@@ -285,12 +303,12 @@ def _with_unit(head: str) -> str:
     return escape(what + comma + unit.replace(" ", "\u00a0"))
 
 
-def _aligned(cells: Sequence[str]) -> list[str]:
-    """Return numbers, each with what the longest fraction has more, hidden: so that points are below each other."""
-    found = [NUMBER.fullmatch(cell) for cell in cells]
-    if not all(one or cell in ("-", "") for one, cell in zip(found, cells, strict=True)):
+def _align_points(cells: Sequence[str]) -> list[str]:
+    """Return numbers padded by hidden digits, so that decimal points align."""
+    matches = [NUMBER.fullmatch(cell) for cell in cells]
+    if not all(match or cell in ("-", "") for match, cell in zip(matches, cells, strict=True)):
         return [*map(escape, cells)]
-    tails = [one[1] if one else None for one in found]
+    tails = [match[1] if match else None for match in matches]
     longest = max((tail for tail in tails if tail), key=len, default="")
     rests = ["" if tail is None else longest[len(tail) :] for tail in tails]
     hidden = '<span style="visibility:hidden" aria-hidden="true">{}</span>'
@@ -298,5 +316,5 @@ def _aligned(cells: Sequence[str]) -> list[str]:
 
 
 def _is_number(cell: str) -> bool:
-    """Return whether a cell begins as a number does, a dash for none included."""
+    """Return whether a cell begins like a number; true for a dash."""
     return cell.lstrip("+-")[:1].isdigit() or cell in ("-", "")

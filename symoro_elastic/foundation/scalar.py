@@ -22,7 +22,7 @@ class Element(Protocol):
 
 
 Scalar: TypeAlias = int | float | Fraction | Element
-"""An element of any field; the exact integers 0 and 1 stand for structure."""
+"""An element of any field; the exact integers 0 and 1 are structure."""
 
 
 def sum_of(terms: Iterable[Scalar]) -> Scalar:

@@ -1,18 +1,16 @@
 """The journey of a machine: read, check, group, trace, prune, schedule, render, compile, verify.
 
 `prepare` are its first three stages, `programs` the next three; `generate` goes on to files of code, `verify` to code
-that is compiled and compared with a reference. `announce` is called with the name of each stage when it begins.
+that is compiled and compared with a reference. `announce` is called with the name of a stage when it begins.
 """
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.disassembly import PROCESSORS, UnknownProcessor
 from symoro_elastic.codegen.embedded.report import CodeReport, code_report
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain
@@ -22,28 +20,31 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets import FMU, SCALED_TARGETS, TARGETS, render_targets
 from symoro_elastic.formats.format import Conversion
 from symoro_elastic.formats.reading import read
+from symoro_elastic.formats.robots.toolbox import of_robot
+from symoro_elastic.formats.toml.reading import machine_of
+from symoro_elastic.formats.toml.tables import table_of
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.output_files import temporary_folder, write_files
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.generation import fmu
 from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.constants import with_free_numbers
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quote, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
+from symoro_elastic.machine.rounded_angles import DECIMALS, with_exact_angles
 from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
-from symoro_elastic.models.catalogue import expressions_of_scene as trace
-from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
-from symoro_elastic.models.implausible import implausible_motions
-from symoro_elastic.models.model import Pivots
-from symoro_elastic.models.packaging import reserved_words
-from symoro_elastic.models.time_steps import notes_on_steps
-from symoro_elastic.models.traced import Traced, with_steps
-from symoro_elastic.models.tracing import PrunedTrace, prune, schedule
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.bound.model import Pivots
+from symoro_elastic.models.bound.tracing import PrunedTrace, prune, schedule
+from symoro_elastic.models.checks.degenerate import Degeneracy, SingularPivot, degeneracies
+from symoro_elastic.models.checks.implausible import implausible_motions
+from symoro_elastic.models.packaging import Traced, reserved_words, with_steps
+from symoro_elastic.models.programs.catalogue import KINEMATIC_MODELS, MODELS, TracedModel, models_of, trace_scene
+from symoro_elastic.models.programs.catalogue import expressions_of_scene as trace
+from symoro_elastic.models.steps.time_steps import notes_on_steps
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.program import OperationCount
@@ -60,7 +61,7 @@ DIRECT = "direct_dynamics"
 
 @dataclass(frozen=True, repr=False)
 class Generated(Result):
-    """Written files and their models; `whole` are the same models of the whole machine, `notes` remarks on files.
+    """Written files and their models; `whole` are the same models of the full machine, `notes` remarks on files.
 
     `form` is the choice of the form of the direct dynamic model, where it was asked for, `reduced` what was left out of
     models within tolerances.
@@ -77,7 +78,7 @@ class Generated(Result):
     @property
     def headline(self) -> str:
         """Folder, and models."""
-        return f"Generated {self.written[0].parent}: {', '.join(one.model.name for one in self.models)}"
+        return f"Generated {self.written[0].parent}: {', '.join(model.model.name for model in self.models)}"
 
 
 def prepare(
@@ -94,18 +95,34 @@ def prepare(
     Numbers of the tables in `free` (bodies, springs ...) become parameters. A robot as links and joints gets the
     changes of `conversion`.
 
-    `warn` is called with each of the first 20 warnings, one line, and with the number of those left out.
+    `warn` is called with the first 20 warnings, line by line, and with the number of those omitted.
     """
     announce("read")
     machine = read(file, reserved_words(), conversion)
     return prepare_machine(machine, warn, base=base, free=free, announce=announce)
 
 
-def read_robot(robot: Any) -> DescribedMachine:
-    """The machine, not yet checked, of a robot of the Robotics Toolbox; raises `InputError`."""
-    from symoro_elastic.formats.robots.toolbox import of_robot
-
-    return of_robot(robot, taken=reserved_words())
+def prepare_given(
+    machine: Any,
+    warn: Callable[[str], None] = announce_nothing,
+    *,
+    base: bool = False,
+    free: Sequence[str] = (),
+    conversion: Conversion | None = None,
+) -> DescribedMachine:
+    """The machine as `prepare` returns it, from a file, from its tables, or from a robot of the Robotics Toolbox."""
+    if isinstance(machine, str | Path):
+        return prepare(machine, warn, base=base, free=free, conversion=conversion)
+    if isinstance(machine, Mapping):
+        snap = conversion and conversion.snap
+        described = with_exact_angles(machine_of(table_of(machine, "machine")), snap or DECIMALS)
+    elif hasattr(machine, "links"):
+        described = of_robot(machine, reserved=reserved_words())
+    else:
+        kind = type(machine).__name__
+        what = f"{kind} is not a machine: give a file, its tables as dictionaries, or a robot with links"
+        raise InputError("symoro-elastic", "machine", what)
+    return prepare_machine(described, warn, base=base, free=free)
 
 
 def prepare_machine(
@@ -117,14 +134,16 @@ def prepare_machine(
     announce: Announce = announce_nothing,
 ) -> DescribedMachine:
     """The machine as `prepare` returns it, from one that is not yet checked."""
-    taken = reserved_words()
+    reserved = reserved_words()
     announce("check")
-    for line in _first(warnings_of(machine)):
+    lines = list(dict.fromkeys(warnings_of(machine)))
+    more = [f"{len(lines) - MOST_WARNINGS} more like these"] if len(lines) > MOST_WARNINGS else []
+    for line in (*lines[:MOST_WARNINGS], *more):
         warn(line)
     if base:
         announce("group")
-        machine = _grouped(machine, warn)
-    return with_free_numbers(machine, free, taken) if free else machine
+        machine = _with_base_parameters(machine, warn)
+    return with_free_numbers(machine, free, reserved) if free else machine
 
 
 def warnings_of(machine: DescribedMachine) -> list[str]:
@@ -136,14 +155,8 @@ def refuse_name(name: str, place: str) -> None:
     """Raise `InputError` for a name that no machine may have."""
     words = reserved_words()
     if reason := why_no_machine(name, words):
-        what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
+        what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, {**words, name: reason})!r} is free"
         raise InputError("symoro-elastic", place, what)
-
-
-def _first(warnings: Sequence[str]) -> Iterator[str]:
-    yield from warnings[:MOST_WARNINGS]
-    if len(warnings) > MOST_WARNINGS:
-        yield f"{len(warnings) - MOST_WARNINGS} more like these"
 
 
 @no_collection()
@@ -154,57 +167,64 @@ def programs(
 
     `choice` is that of the form of the scene, where it is known: its model is not traced again.
     """
-    scene, needed, known = _needed(machine, scene, announce, choice)
+    scene, needed, traced = _pruned_models(machine, scene, announce, choice)
     announce("schedule")
-    scheduled = {one.trace.model.name: schedule(one) for one in needed} | known
+    scheduled = {model.trace.model.name: schedule(model) for model in needed} | traced
     return with_steps(machine, scene, [scheduled[name] for name in models_of(scene)])
 
 
 @no_collection()
 def operation_counts(machine: Machine, scene: Scene) -> dict[str, tuple[OperationCount, OperationCount]]:
-    """Operations of each model of a scene, in a call and once for a parameter set; statements are not put in order.
+    """Operations of the models of a scene, in a call and once for a parameter set; statements are not put in order.
 
     Raises `InputError`.
     """
-    scene, needed, known = _needed(machine, scene)
-    counts = {one.trace.model.name: (one.count, one.count_once) for one in needed}
-    counts |= {name: (one.program.count, one.program.count_once) for name, one in known.items()}
+    scene, needed, traced = _pruned_models(machine, scene)
+    counts = {model.trace.model.name: (model.count, model.count_once) for model in needed}
+    counts |= {name: (model.program.count, model.program.count_once) for name, model in traced.items()}
     return {name: counts[name] for name in scene.models}
 
 
-def _needed(
+def _pruned_models(
     machine: Machine, scene: Scene, announce: Announce = announce_nothing, choice: Choice | None = None
 ) -> tuple[Scene, list[PrunedTrace], dict[str, TracedModel]]:
-    """The scene in its form, what its models need, and the models that the choice of the form has made."""
+    """The scene in its form, the pruned traces of its models, and the models already traced to choose the form."""
     if choice is None:
         refuse_degenerate(machine, scene)
         scene, choice = _with_form(machine, scene, announce)
     announce("trace")
-    known = {choice.traced.model.name: choice.traced} if choice else {}
-    traces = trace(machine, scene, grouping_by_rank, known)
+    traced = {choice.traced.model.name: choice.traced} if choice else {}
+    traces = trace(machine, scene, grouping_by_rank, traced)
     announce("prune")
-    return scene, [prune(one) for one in traces], known
+    return scene, [prune(trace_of_model) for trace_of_model in traces], traced
+
+
+@dataclass(frozen=True)
+class CodeOptions:
+    """How code is written: C in each of the precisions.
+
+    With `tools` the C is compiled before, and what it costs is reported. `unit` are the options of an FMU, which has
+    models of its own. With `check --proven` functions say what they guarantee within the limits of the machine.
+    """
+
+    precisions: Sequence[Precision] = (DOUBLE,)
+    tools: ToolChain | None = None
+    unit: fmu.Options = field(default_factory=fmu.Options)
+    certify: bool = False
+    announce: Announce = announce_nothing
+    progress: Progress = no_progress
 
 
 @no_collection()
 def generate(
-    machine: Machine,
-    scene: Scene,
-    targets: Sequence[str],
-    out: Path,
-    announce: Announce = announce_nothing,
-    precisions: Sequence[Precision] = (DOUBLE,),
-    tools: ToolChain | None = None,
-    options: fmu.Options | None = None,
-    certify: bool = False,
-    progress: Progress = no_progress,
+    machine: Machine, scene: Scene, targets: Sequence[str], out: Path, options: CodeOptions | None = None
 ) -> Generated:
-    """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
+    """Write the models that a scene asks of a machine to `out/<machine name>/`.
 
-    With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
-    models of its own. With `certify` functions say what they guarantee within the limits of the machine. Raises
-    `InputError`; nothing is written then.
+    Raises `InputError`; nothing is written then.
     """
+    options = options or CodeOptions()
+    announce, certify = options.announce, options.certify
     texts = [name for name in targets if name in TARGETS]
     scaled = [name for name in targets if name in SCALED_TARGETS]
     if scene.within and FMU in targets:
@@ -212,21 +232,26 @@ def generate(
         raise machine.error("scene, within", what)
     free = scene if certify and not scene.within else None
     scene = by_recursion(scene) if certify or scene.within else scene
-    scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
-    made = [_code(machine, free or scene, form, texts, announce, precisions, tools, certify, progress)] if texts else []
-    made += [_scaled(machine, scene, name, announce, tools, progress) for name in scaled]
+    in_models = machine
+    if not texts and not scaled:
+        from symoro_elastic.generation.fmu.programs import with_parameters
+
+        in_models = with_parameters(machine)
+    scene, form = in_form(in_models, scene, announce)
+    parts = [_code(machine, free or scene, form, texts, options)] if texts else []
+    parts += [_scaled_code(machine, scene, name, options) for name in scaled]
     if FMU in targets:
-        made.append(_unit(machine, scene, options or fmu.Options(), announce))
+        parts.append(_unit(machine, scene, options.unit, announce))
     announce("write")
-    written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
-    notes = tuple(note for one in made for note in one.notes)
-    reports = [each for one in made for each in one.reports]
-    reduced = [each for one in made for each in one.reduced]
-    return Generated(written, made[0].models, made[0].whole, reports, notes, form, reduced)
+    written = write_files(out / machine.name, {name: x for part in parts for name, x in part.files.items()})
+    notes = tuple(note for part in parts for note in part.notes)
+    reports = [x for part in parts for x in part.reports]
+    reduced = [x for part in parts for x in part.reduced]
+    return Generated(written, parts[0].models, parts[0].whole, reports, notes, form, reduced)
 
 
 @dataclass(frozen=True)
-class _Made:
+class Written:
     """Files by name, their models, the same models of the whole machine, reports on them, remarks."""
 
     files: Mapping[str, str | bytes]
@@ -237,98 +262,84 @@ class _Made:
     reduced: Sequence[ReducedModel] = ()
 
 
-def _code(
-    machine: Machine,
-    scene: Scene,
-    form: Choice | None,
-    targets: Sequence[str],
-    announce: Announce,
-    precisions: Sequence[Precision],
-    tools: ToolChain | None,
-    certify: bool,
-    progress: Progress,
-) -> _Made:
+def _code(machine: Machine, scene: Scene, form: Choice | None, targets: Sequence[str], options: CodeOptions) -> Written:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
-    asked, package, reduced = _guaranteed(machine, scene, form, precisions, certify, announce, progress)
-    announce("render")
-    files = render(package, targets, machine.source, precisions)
-    reports: Sequence[CodeReport] = ()
-    if tools:
-        announce(f"compile: {tools.command}")
-        reports = report(package, files, machine.label, precisions, tools)
-    notes = notes_on_steps(asked.machine, scene.steps)
-    return _Made(files, asked.models, _of_whole_machine(asked), reports, notes, reduced)
+    traced, package, reduced = _programs_with_guarantees(machine, scene, form, options)
+    options.announce("render")
+    files = render(package, targets, machine.source, options.precisions)
+    reports = _reports(package, files, options.precisions, options)
+    notes = notes_on_steps(traced.machine, scene.steps)
+    return Written(files, traced.models, _of_whole_machine(traced), reports, notes, reduced)
 
 
-def _guaranteed(
-    machine: Machine,
-    scene: Scene,
-    form: Choice | None,
-    precisions: Sequence[Precision],
-    certify: bool,
-    announce: Announce,
-    progress: Progress,
+def _programs_with_guarantees(
+    machine: Machine, scene: Scene, form: Choice | None, options: CodeOptions
 ) -> tuple[Traced, Package, Sequence[ReducedModel]]:
     """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
+    announce, precisions, progress = options.announce, options.precisions, options.progress
     if not scene.within:
-        if not certify:
-            asked = programs(machine, scene, announce, form)
-            return asked, asked.package, ()
+        if not options.certify:
+            traced = programs(machine, scene, announce, form)
+            return traced, traced.package, ()
         from symoro_elastic.numerics.guarantees.header import with_guarantees
 
-        asked, found = certified_in_form(machine, scene, precisions, announce=announce)
-        return asked, with_guarantees(asked.package, found), ()
-    from symoro_elastic.generation.reduced import certificates_of, reduced_models, said
+        traced, certificates = certified_in_form(machine, scene, precisions, announce=announce)
+        return traced, with_guarantees(traced.package, certificates), ()
+    from symoro_elastic.generation.reduced import reduced_models
+    from symoro_elastic.generation.sentences import sentences_on
+    from symoro_elastic.numerics.guarantees.certificates import Certificates
     from symoro_elastic.numerics.guarantees.header import with_guarantees
     from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 
     announce("leave out")
     roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
-    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings, progress, announce)
-    first = {one.model: said(one) for one in reduced}
-    return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
+    traced, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings, progress, announce)
+    first = {model.model: sentences_on(model) for model in reduced}
+    certificates = Certificates(machine.name, tuple(x for model in reduced for x in model.certificates))
+    return traced, with_guarantees(traced.package, certificates, first), reduced
 
 
-def _scaled(
-    machine: Machine, scene: Scene, target: str, announce: Announce, tools: ToolChain | None, progress: Progress
-) -> _Made:
+def _scaled_code(machine: Machine, scene: Scene, target: str, options: CodeOptions) -> Written:
     """The code of a target whose numbers have proven scales; parameters are constants. Raises `InputError`."""
     from symoro_elastic.numerics.guarantees.fixed_point import with_scales
 
+    announce, progress = options.announce, options.progress
     if scene.steps:
-        raise machine.error(f"--target {target}", "has no time steps: leave them out, or take another target")
+        raise machine.error(f"--target {target}", "has no time steps: leave them out, or choose another target")
     described, reduced = DescribedMachine.of(machine), list["ReducedModel"]()
     if scene.within:
-        from symoro_elastic.generation.reduced import fixed_totals, models_in_fixed_point
+        from symoro_elastic.generation.reduced import models_in_fixed_point
+        from symoro_elastic.generation.sentences import fixed_totals
 
         announce("leave out")
-        asked, reduced = models_in_fixed_point(described, scene, programs, announce, progress)
+        traced, reduced = models_in_fixed_point(described, scene, programs, announce, progress)
         announce("certify")
-        package = with_scales(asked, described.limits, progress=progress, totals=fixed_totals(reduced))
+        package = with_scales(traced, described.limits, progress=progress, totals=fixed_totals(reduced))
     else:
-        asked = programs(machine, replace(scene, fold=ALL), announce)
+        traced = programs(machine, replace(scene, fold=ALL), announce)
         announce("certify")
-        package = with_scales(asked, described.limits, progress=progress)
-    package = replace(package, source=asked.package.source)
+        package = with_scales(traced, described.limits, progress=progress)
+    package = replace(package, source=traced.package.source)
     announce("render")
     files = SCALED_TARGETS[target].render(package, ())
-    reports: Sequence[CodeReport] = ()
-    if tools:
-        announce(f"compile: {tools.command}")
-        reports = report(package, files, machine.label, SCALED_TARGETS[target].precisions, tools)
-    return _Made(files, asked.models, _of_whole_machine(asked), reports, reduced=reduced)
+    reports = _reports(package, files, SCALED_TARGETS[target].precisions, options)
+    return Written(files, traced.models, _of_whole_machine(traced), reports, reduced=reduced)
 
 
-def report(
-    package: Package, files: Files, source: str, precisions: Sequence[Precision], tools: ToolChain
-) -> list[CodeReport]:
-    """What the C of a package costs in each of the precisions; raises `InputError`."""
+def _reports(
+    package: Package, files: Files, precisions: Sequence[Precision], options: CodeOptions
+) -> Sequence[CodeReport]:
+    """Reports on the cost of the C of a package, where a compiler is given."""
+    if not options.tools:
+        return ()
+    options.announce(f"compile: {options.tools.command}")
+    return report(package, files, precisions, options.tools)
+
+
+def report(package: Package, files: Files, precisions: Sequence[Precision], tools: ToolChain) -> list[CodeReport]:
+    """Reports on the cost of the C of a package, precision by precision; raises `InputError`."""
     try:
         return [code_report(package, files, precision, tools) for precision in precisions]
-    except CompilerMissing as error:
-        raise InputError("symoro-elastic", "--report", str(error)) from None
-    except CompilationFailed as error:
-        raise InputError(source, "--report", str(error)) from None
     except UnknownProcessor as error:
         what = f"the code that {tools.compiler[0]} makes ({error}) is not read: {', '.join(PROCESSORS)} are"
         raise InputError("symoro-elastic", "--compiler", what) from None
@@ -359,21 +370,14 @@ def by_recursion(scene: Scene) -> Scene:
     return replace(scene, form=RECURSION) if scene.form == AUTO else scene
 
 
-def _of_unit(machine: Machine) -> Machine:
-    """The machine whose models an FMU holds."""
-    from symoro_elastic.generation.fmu.programs import with_parameters
-
-    return with_parameters(machine)
-
-
-def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> _Made:
+def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> Written:
     """The FMU of a machine; raises `InputError`."""
     from symoro_elastic.generation.fmu.mock_up_unit import unit_of
 
     refuse_degenerate(machine, replace(scene, models=(DIRECT,)))
     unit = unit_of(machine, scene, options, announce)
     models = unit.programs.models
-    return _Made({f"{machine.name}.fmu": unit.archive}, models, models, notes=unit.notes)
+    return Written({f"{machine.name}.fmu": unit.archive}, models, models, notes=unit.notes)
 
 
 def verify(
@@ -391,14 +395,14 @@ def verify(
     from symoro_elastic.numerics.verification.verify import build_code, compare, refuse_unverifiable, render_verified
 
     refuse_unverifiable(machine, scene)
-    asked = programs(machine, replace(scene, steps=()), announce)
+    traced = programs(machine, replace(scene, steps=()), announce)
     announce("render")
-    files = render_verified(asked.package)
-    with tempfile.TemporaryDirectory() as folder:
+    files = render_verified(traced.package)
+    with temporary_folder() as folder:
         announce("compile")
-        code = build_code(asked.package, files, Path(folder))
+        code = build_code(traced.package, files, Path(folder))
         announce("verify")
-        return compare(asked, code, seed=seed, progress=progress)
+        return compare(traced, code, seed=seed, progress=progress)
 
 
 def certificates(
@@ -408,7 +412,7 @@ def certificates(
     effort: Effort | None = None,
     announce: Announce = announce_nothing,
 ) -> Certificates:
-    """What the models that a scene asks of a machine guarantee within its limits; raises `InputError`."""
+    """The certificates of the models of a scene within the limits of the machine; raises `InputError`."""
     return certified_in_form(machine, replace(scene, steps=()), precisions, effort, announce)[1]
 
 
@@ -426,18 +430,18 @@ def certified_in_form(
     """
     from symoro_elastic.numerics.verification.forms import has_forms
 
-    asked = programs(machine, by_recursion(scene), announce)
-    found = certified(machine, asked, precisions, effort, announce)
-    if scene.form != AUTO or not has_forms(scene) or not found.doubt[0]:
-        return asked, found
+    traced = programs(machine, by_recursion(scene), announce)
+    certificates = certificates_of_programs(machine, traced, precisions, effort, announce)
+    if scene.form != AUTO or not has_forms(scene) or not certificates.doubt[0]:
+        return traced, certificates
     other = programs(machine, replace(scene, form=INERTIA), announce)
-    of_other = certified(machine, other, precisions, effort, announce)
-    return (other, of_other) if of_other.doubt < found.doubt else (asked, found)
+    of_other = certificates_of_programs(machine, other, precisions, effort, announce)
+    return (other, of_other) if of_other.doubt < certificates.doubt else (traced, certificates)
 
 
-def certified(
+def certificates_of_programs(
     machine: Machine,
-    asked: Traced,
+    traced: Traced,
     precisions: Sequence[Precision],
     effort: Effort | None = None,
     announce: Announce = announce_nothing,
@@ -450,12 +454,12 @@ def certified(
     described = DescribedMachine.of(machine)
     physical = described.origin.ungrouped or machine
     roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
-    return certify_models(asked, physical, described.limits, roundings, effort or Effort())
+    return certify_models(traced, physical, described.limits, roundings, effort or Effort())
 
 
-def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:
+def _with_base_parameters(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:
     """The machine with base inertial parameters."""
-    from symoro_elastic.numerics.grouping import base_machine
+    from symoro_elastic.numerics.linear.grouping import base_machine
 
     grouped, doubts = base_machine(machine)
     for line in doubts:
@@ -483,41 +487,49 @@ def _refuse_low_precision(package: Package, source: str, precisions: Sequence[Pr
             raise InputError(source or package.name, "--precision", what)
 
 
+MASSLESS = (
+    "no body has mass or inertia, so no dynamic model exists: give masses, or ask for models of geometry "
+    f"and kinematics ({', '.join(KINEMATIC_MODELS)}, inverse_geometric_model, velocities, ...)"
+)
+
+
 def refuse_degenerate(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a machine whose asked models would divide by zero at every position."""
-    found = found_degeneracies(machine, scene)
-    if found:
-        message, joints = found[0]
-        others = "".join(f"; the same holds for {joints}" for _, joints in found[1:])
-        raise machine.error(joints, message + others)
+    pivots = zero_pivots(machine, scene)
+    if pivots:
+        message, joints = pivots[0]
+        more = "".join(f"; the same holds for {joints}" for _, joints in pivots[1:])
+        raise machine.error(joints, message + more)
 
 
-def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
-    """(message, joints) of each pivot that is zero in one of the asked models."""
-    kept, constants = restrict(machine, scene), names_to_fold(machine, scene)
-    asked = {MODELS[name].pivots for name in models_of(scene) if name in MODELS}
-    asked |= {Pivots.ALL} if scene.steps else set()
-    found: dict[int, Degeneracy] = {}
+def zero_pivots(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
+    """(message, joints) of the pivots that are zero in a requested model."""
+    restricted, constants = restrict(machine, scene), names_to_fold(machine, scene)
+    pivots_in_use = {MODELS[name].pivots for name in models_of(scene) if name in MODELS}
+    pivots_in_use |= {Pivots.ALL} if scene.steps else set()
+    by_joint: dict[int, Degeneracy] = {}
     for pivots in Pivots:
-        if pivots in asked:
-            for degeneracy in degeneracies(kept, pivots is Pivots.WITHOUT_MOTOR, constants):
-                found.setdefault(degeneracy.joint, degeneracy)
-    ordered = [found[j] for j in sorted(found)]
-    return [(d.message(kept), ", ".join(f"joint {j}" if j else BASE for j in d.moving_together)) for d in ordered]
+        if pivots in pivots_in_use:
+            for degeneracy in degeneracies(restricted, pivots is Pivots.WITHOUT_MOTOR, constants):
+                by_joint.setdefault(degeneracy.joint, degeneracy)
+    if by_joint and not machine.has_inertia:
+        return [(MASSLESS, "bodies")]
+    ordered = [by_joint[j] for j in sorted(by_joint)]
+    return [(d.message(restricted), ", ".join(f"joint {j}" if j else BASE for j in d.moving_together)) for d in ordered]
 
 
 def is_part(scene: Scene) -> bool:
     """Whether a scene asks for less than the whole machine."""
-    held = scene.locked or scene.static or scene.condense or scene.zero
-    return bool(scene.outputs or held or scene.fold or not scene.gravity)
+    has_fixed_joints = scene.locked or scene.static or scene.condense or scene.zero
+    return bool(scene.outputs or has_fixed_joints or scene.fold or not scene.gravity)
 
 
-def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
+def _of_whole_machine(traced: Traced) -> Sequence[TracedModel]:
     """The same models of the whole machine; a model that exists only with joints locked stays as it is."""
     return (
-        [_whole(asked.whole, model, asked.scene.form) for model in asked.models]
-        if is_part(asked.scene)
-        else asked.models
+        [_whole(traced.whole, model, traced.scene.form) for model in traced.models]
+        if is_part(traced.scene)
+        else traced.models
     )
 
 

@@ -17,33 +17,33 @@ MOST_ENTRIES = 60
 
 
 @figures_of.register
-def _(made: Generated) -> dict[str, Plot | str]:
-    """Return operations: products and sums of each model, beside those of the whole machine if less was requested."""
-    counts = {"products": [one.program.count.products for one in made.models]}
-    counts["sums"] = [one.program.count.add for one in made.models]
-    if any(full is not one for one, full in zip(made.models, made.whole, strict=True)):
-        counts["products, whole machine"] = [one.program.count.products for one in made.whole]
-        counts["sums, whole machine"] = [one.program.count.add for one in made.whole]
-    title = f"{made.written[0].parent.name}: operations of a call"
-    return {"operations": _operations(title, counts, [one.model.name for one in made.models])}
+def _(result: Generated) -> dict[str, Plot | str]:
+    """Return a plot of products and sums by model, with those of the full machine if less was requested."""
+    counts = {"products": [model.program.count.products for model in result.models]}
+    counts["sums"] = [model.program.count.add for model in result.models]
+    if any(full is not model for model, full in zip(result.models, result.whole, strict=True)):
+        counts["products, whole machine"] = [model.program.count.products for model in result.whole]
+        counts["sums, whole machine"] = [model.program.count.add for model in result.whole]
+    title = f"{result.written[0].parent.name}: operations of a call"
+    return {"operations": _operations(title, counts, [model.model.name for model in result.models])}
 
 
 @figures_of.register
-def _(one: ReducedModel) -> dict[str, Plot | str]:
-    """Return operations of the whole model and of what is left, and errors of the entries of its results."""
-    before, after = one.reduction.before, one.reduction.after
+def _(model: ReducedModel) -> dict[str, Plot | str]:
+    """Return plots of operations of the full and the reduced model, and of errors of its results by entry."""
+    before, after = model.reduction.before, model.reduction.after
     counts = {"whole": [before.products, before.add], "left": [after.products, after.add]}
-    entries = one.reduction.errors[:MOST_ENTRIES]
+    entries = model.reduction.errors[:MOST_ENTRIES]
     errors = Plot(
-        f"{one.model}: errors by what is left out", partial(_errors, entries), size=(8.0, 1.6 + 0.22 * len(entries))
+        f"{model.model}: errors by what is left out", partial(_errors, entries), size=(8.0, 1.6 + 0.22 * len(entries))
     )
-    return {"operations": _operations(one.headline, counts, ["products", "sums"]), "errors": errors}
+    return {"operations": _operations(model.headline, counts, ["products", "sums"]), "errors": errors}
 
 
 def _errors(entries: Sequence[EntryError], axes: Any) -> None:
-    columns = {name: [getattr(one, name) for one in entries] for name in ("unseen", "tolerance", "largest")}
+    columns = {name: [getattr(entry, name) for entry in entries] for name in ("unseen", "tolerance", "largest")}
     columns["at unseen states"], columns["largest value"] = columns.pop("unseen"), columns.pop("largest")
-    dots(axes, columns, [f"{one.output} {one.index + 1}" for one in entries])
+    dots(axes, columns, [f"{entry.output} {entry.index + 1}" for entry in entries])
     axes.set_xlabel("error, in the unit of the entry")
     legend(axes)
 

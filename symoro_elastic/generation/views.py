@@ -9,8 +9,9 @@ from typing import Any
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, json_of, parts_of, plain
 from symoro_elastic.generation.pipeline import Generated
-from symoro_elastic.generation.reduced import ReducedModel, said
-from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.generation.reduced import ReducedModel
+from symoro_elastic.generation.sentences import sentences_on
+from symoro_elastic.models.programs.catalogue import TracedModel
 from symoro_elastic.numerics.guarantees.certificates import Certificates
 from symoro_elastic.symbolic.program import saving
 
@@ -26,55 +27,56 @@ declare(Generated, Field("models", rows=TracedModel))
 
 declare(
     ReducedModel,
-    Field("within", lambda one: {name or "all": str(x) for name, x in one.within.tolerances.items()}),
-    Field("operations", lambda one: dict(zip(("whole", "left"), one.operations, strict=True))),
-    Field("lost", lambda one: one.lost and asdict(one.lost)),
+    Field("within", lambda model: {name or "all": str(x) for name, x in model.within.tolerances.items()}),
+    Field("operations", lambda model: dict(zip(("whole", "left"), model.operations, strict=True))),
+    Field("lost", lambda model: model.lost and asdict(model.lost)),
     Field("solved_exactly", "solved"),
     Field("shift_of_frequencies", "reduction.shift"),
     Field("unproven", "reduction.unproven"),
     Field("ended", "reduction.ended"),
-    Field("left_out", lambda one: [change.term for change in one.reduction.left_out]),
-    Field("certificates", lambda one: [certificate.as_json() for certificate in one.certificates]),
+    Field("left_out", lambda model: [change.term for change in model.reduction.left_out]),
+    Field("certificates", lambda model: [certificate.as_json() for certificate in model.certificates]),
 )
 
 
 @parts_of.register
-def _(one: ReducedModel) -> list[Part]:
-    """Return what is left of a model, and its errors."""
-    certificates = Certificates(one.certificates[0].machine, one.certificates) if one.certificates else None
-    return [said(one), *(certificates.parts() if certificates else ())]
+def _(model: ReducedModel) -> list[Part]:
+    """Return the omitted terms of a model in sentences, and the table of its errors."""
+    certificates = Certificates(model.certificates[0].machine, model.certificates) if model.certificates else None
+    return [sentences_on(model), *(certificates.parts() if certificates else ())]
 
 
 @parts_of.register
-def _(made: Generated) -> list[Part]:
-    """Return what was written, and the operations of each model."""
-    written = f"wrote {made.written[0].parent}: {', '.join(path.name for path in made.written)}"
-    notes = [f"note: {note}" for note in made.notes]
-    chosen = [made.form.sentence] if made.form else []
-    reports = [part for report in made.reports for part in report.parts()]
-    counts: list[Part] = [models_table(made.models, made.whole), "x products and divisions, + sums and differences"]
-    left_out = [part for one in made.reduced for part in one.parts()]
+def _(result: Generated) -> list[Part]:
+    """Return the written files, and a table of operations by model."""
+    written = f"wrote {result.written[0].parent}: {', '.join(path.name for path in result.written)}"
+    notes = [f"note: {note}" for note in result.notes]
+    chosen = [result.form.sentence] if result.form else []
+    reports = [part for report in result.reports for part in report.parts()]
+    counts: list[Part] = [models_table(result.models, result.whole), "x products and divisions, + sums and differences"]
+    left_out = [part for model in result.reduced for part in model.parts()]
     return [written, *notes, *counts, *left_out, *chosen, *reports]
 
 
 @json_of.register
-def _(made: Generated) -> dict[str, Any]:
-    """Return the paths, the operation counts of each model, and the reports by file if they were requested."""
-    more: dict[str, Any] = {"notes": list(made.notes)} if made.notes else {}
-    more |= {"reports": plain({report.file: report for report in made.reports})} if made.reports else {}
-    more |= {"form": plain(made.form)} if made.form else {}
-    more |= {"reduced": {_name(one, made.reduced): json_of(one) for one in made.reduced}} if made.reduced else {}
-    return {"written": [str(path) for path in made.written], "models": models_json(made.models, made.whole), **more}
+def _(result: Generated) -> dict[str, Any]:
+    """Return the paths, the operation counts by model, and the reports by file if they were requested."""
+    more: dict[str, Any] = {"notes": list(result.notes)} if result.notes else {}
+    more |= {"reports": plain({report.file: report for report in result.reports})} if result.reports else {}
+    more |= {"form": plain(result.form)} if result.form else {}
+    more |= {"reduced": {_name(x, result.reduced): json_of(x) for x in result.reduced}} if result.reduced else {}
+    written = [str(path) for path in result.written]
+    return {"written": written, "models": models_json(result.models, result.whole), **more}
 
 
-def _name(one: ReducedModel, found: Sequence[ReducedModel]) -> str:
-    """The name of a model, and its precision where another target has another one."""
-    alike = [other for other in found if other.model == one.model]
-    return one.model if one is alike[0] else f"{one.model}, {one.certificates[0].precision}"
+def _name(model: ReducedModel, models: Sequence[ReducedModel]) -> str:
+    """The name of a model, with its precision where it is not the first of this name."""
+    first = next(other for other in models if other.model == model.model)
+    return model.model if model is first else f"{model.model}, {model.certificates[0].precision}"
 
 
 def models_json(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> dict[str, Any]:
-    """Return operation counts of each model, and of the whole machine if less was requested."""
+    """Return operation counts by model, and those of the full machine if less was requested."""
     counts: dict[str, Any] = {}
     for model, full in zip(models, whole, strict=True):
         counts[model.model.name] = count_json(model.program.count) | {"once": count_json(model.program.count_once)}
@@ -85,18 +87,15 @@ def models_json(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> 
 
 
 def models_table(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> Table:
-    """Return operation counts of each model, beside those of the whole machine if less was requested."""
+    """Return a table of operation counts by model, with those of the full machine if less was requested."""
     partial = any(full is not model for model, full in zip(models, whole, strict=True))
-    each = ("whole machine", "asked", "saved") if partial else ("a call",)
-    table = Table(("model", *each, "once for each parameter set"))
+    counted = ("whole machine", "asked", "saved") if partial else ("a call",)
+    table = Table(("model", *counted, "once for each parameter set"))
     for model, full in zip(models, whole, strict=True):
         counts = [operations(model.program.count)]
+        before, after = (m.program.count.products + m.program.count.add for m in (full, model))
         if partial:
-            counts = [operations(full.program.count), *counts, _share(full, model)]
+            share = f"{before - after} ({(before - after) / before:.0%})" if before else "-"
+            counts = [operations(full.program.count), *counts, share]
         table.add_row(model.model.name, *counts, operations(model.program.count_once))
     return table
-
-
-def _share(full: TracedModel, asked: TracedModel) -> str:
-    before, after = (m.program.count.products + m.program.count.add for m in (full, asked))
-    return f"{before - after} ({(before - after) / before:.0%})" if before else "-"

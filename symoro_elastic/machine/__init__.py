@@ -1,1 +1,1 @@
-"""The machine as data, its names and its checks; scenes and motions that are asked of it."""
+"""The machine as data, its names and its checks; the scenes and motions that its file requests."""

@@ -12,12 +12,12 @@ PARAMETERS = "p"
 
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
-    """Names of the entries of each argument."""
+    """Names of the entries of the arguments."""
     numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent, "": ()}
     numbers |= {"b": machine.bristles, "l": machine.loaded}
     of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
     of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
-    of["w"] = {k: str(asked) for k, asked in enumerate(machine.forces, start=1)}
+    of["w"] = {k: str(wrench) for k, wrench in enumerate(machine.forces, start=1)}
     inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
     rows = [row for row in inputs if row.entries or row.follows]
     return {row.name: _entries(row, of[row.follows]) for row in rows}
@@ -44,12 +44,12 @@ def column_names(machine: Machine, columns: Sequence[str]) -> tuple[str, ...]:
 
 
 def columns_of_base(machine: Machine) -> tuple[str, ...]:
-    """What derivatives are taken by in addition where the base moves freely."""
-    return tuple(name for known in known_of_base(machine) for name in ("pose", "V0", known))
+    """Arguments of derivatives that a freely moving base adds."""
+    return tuple(name for fixed in known_of_base(machine) for name in ("pose", "V0", fixed))
 
 
 def known_of_base(machine: Machine) -> tuple[str, ...]:
-    """What functions are given of a base that moves freely, V0d or f0; nothing where it is fixed."""
+    """The base's prescribed quantity, V0d or f0, as an argument of functions; nothing for a fixed base."""
     if machine.floating is None:
         return ()
     return ("V0d",) if machine.floating.known is KnownOfBase.ACCELERATION else ("f0",)

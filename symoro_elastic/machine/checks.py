@@ -1,24 +1,24 @@
-"""Consistency checks of a machine: errors that name joint and column, and warnings."""
+"""Consistency checks of a machine: errors that name joint and column, and warnings.
+
+A fault is a place and what is wrong there. Faults come in stages, names first: each stage relies on those before it.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
+from itertools import chain
 
 from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.format_names import TOML
-from symoro_elastic.machine.formula import Formula, FormulaError, Tree, names_in
-from symoro_elastic.machine.formula_units import Mismatch, mismatches
-from symoro_elastic.machine.joints import SELECTED, Friction
-from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
+from symoro_elastic.machine.format_names import TOML, is_robot
+from symoro_elastic.machine.formula import Formula, FormulaError, Tree
+from symoro_elastic.machine.formula_units import Doubt, UnitsOfNames
+from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import (
-    IMPORTED,
-    IN_USE,
     NONE,
     Reasons,
     did_you_mean,
@@ -30,41 +30,37 @@ from symoro_elastic.machine.names import (
 )
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import Models, resolve
-from symoro_elastic.quantities.units import Powers, in_base_units
+from symoro_elastic.quantities.frames import BASE, kind_and_name
+from symoro_elastic.quantities.unit_reader import UnitError, read_unit
 
+Fault = tuple[str, str]
+"""A place of the machine, or the key of a joint or loop; and what is wrong there."""
+BESIDE_MOTORS = ("stiffness", "neutral")
+"""Cells of a spring that acts in parallel with a motor."""
 MOST_JOINTS = 1000
-"""Rows of a table; the models of larger ones take hours."""
+"""Rows of a table; the models of larger ones need hours."""
+SAME = 1e-9
+"""Largest difference, rad or m, of positions that are the same but for rounding."""
 
 
-def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:
+def check(machine: Machine, reserved: Reasons = NONE, models: Models | None = None) -> list[str]:
     """Return warnings, one line each, about a machine that can be modelled.
 
-    `taken` are names that generated code uses, with reasons, `models` those that its scene may name; without them this
-    is checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
+    `reserved` are names that generated code uses, with reasons, `models` those that its scene may name; without them
+    this is checked where code is generated. Raises `InputError` for a machine that cannot be modelled: its place is
     `joint 3 (bed_x), alpha` or a key.
     """
     described = DescribedMachine.of(machine)
-    _check_names(described, taken)
-    for j, joint in enumerate(machine.joints, start=1):
-        _check_joint(machine, j, joint)
-    _check_base(machine)
-    _refuse(machine, (), missing_rows(machine))
-    _refuse(machine, cut_faults(machine), loop_faults(machine, taken))
-    _check_declared(machine)
-    _refuse(machine, cell_faults(machine))
-    _refuse(machine, (), parameter_faults(machine))
+    _refuse(machine, _faults(described, reserved))
     doubts = [*_doubts(machine)]
-    _refuse(machine, (), ((place, doubt.what) for place, doubt in doubts if doubt.is_certain))
+    _refuse(machine, ((place, doubt.what) for place, doubt in doubts if doubt.is_certain))
     values = parameter_values(machine)
-    _check_values(machine, values)
-    _check_backlash(machine)
-    laws = ((j, fault) for j, joint in enumerate(machine.joints, start=1) for fault in law_faults(joint, values))
-    _refuse(machine, laws, start_faults(machine, values))
+    _refuse(machine, _value_faults(machine, values))
     if described.asked.scene is not None:
         resolve(described.asked.scene, machine, models)
-    of_units = [f"{place}: {doubt.what}" for place, doubt in doubts]
+    of_units = () if is_robot(machine.source) else (f"{place}: {doubt.what}" for place, doubt in doubts)
     lines = [*described.origin.remarks, *warnings(machine, values), *of_units]
-    return [*lines, *share_warnings(machine), *loop_warnings(described)]
+    return [*lines, *_share_warnings(machine), *_loop_warnings(described)]
 
 
 def place_of(j: int, joint: Joint, key: str = "") -> str:
@@ -76,26 +72,6 @@ def place_of(j: int, joint: Joint, key: str = "") -> str:
 def formulas(machine: Machine) -> Iterator[tuple[str, Formula]]:
     """Every expression of the machine over its parameters, with its place."""
     return ((place, formula) for place, _, _, formula in _cells(machine))
-
-
-def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]]:
-    """Every cell of the machine, with its place and its joint, if it is that of one."""
-    for j, joint in enumerate(machine.joints, start=1):
-        place = place_of(j, joint)
-        yield from ((f"{place}, {cell.label}", joint, cell, formula) for cell, formula in cells(joint))
-    for body in machine.free_bodies:
-        yield from ((f"base, {cell.label}", None, cell, formula) for cell, formula in cells(body))
-    yield from ((cell.label, None, cell, formula) for cell, formula in cells(machine.base))
-
-
-def _doubts(machine: Machine) -> Iterator[tuple[str, Doubt]]:
-    """What is wrong or doubtful about units of formulas, with its place."""
-    units = UnitsOfNames(machine)
-    for place, joint, cell, formula in _cells(machine):
-        if formula.names:
-            unit = joint.unit_of(cell) if joint else cell.column.dimension.units[0]
-            position = joint is not None and cell.column.key == SELECTED.get(joint.sigma)
-            yield from ((place, doubt) for doubt in units.doubts(formula, unit, gives_position=position))
 
 
 def require_fixed_base(machine: Machine, place: str) -> None:
@@ -121,126 +97,331 @@ def parameter_values(machine: Machine) -> dict[str, float]:
     return values
 
 
-def _check_names(machine: DescribedMachine, taken: Reasons) -> None:
-    if not machine.joints:
-        raise machine.error("joints", "the machine has no joint: give at least one row of the table")
-    if len(machine.joints) > MOST_JOINTS:
-        raise machine.error("joints", f"{len(machine.joints)} rows: at most {MOST_JOINTS} can be modelled")
-    joints = [(place_of(j, joint, "name"), joint.name) for j, joint in enumerate(machine.joints, start=1)]
-    variables = [
-        (place_of(j, joint, "joint variable"), joint.variable)
-        for j, joint in enumerate(machine.joints, start=1)
-        if joint.variable is not None
-    ]
-    parameters = [("parameters", parameter.name) for parameter in machine.parameters]
-    for place, name in [("name", machine.name), *joints, *variables, *parameters]:
-        words = {**taken, **dict.fromkeys(IMPORTED, IN_USE)} if place == "name" else taken
-        why = why_no_machine if place == "name" else why_no_joint if place.endswith(", name") else why_reserved
-        if reason := why(name, words):
-            origin = f" ({machine.origin.of_name})" if place == "name" and machine.origin.of_name else ""
-            what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, words)!r} is free{origin}"
-            raise machine.error(place, what)
-    _check_distinct(machine, joints)
-    _check_distinct(machine, [*parameters, *variables])
+def law_faults(joint: Joint, values: Mapping[str, float]) -> Iterator[Fault]:
+    """Faults of values that belong together, with the key of the joint; unknown values are skipped."""
+    spring, law = joint.spring, joint.friction
+    if not spring.rounding.is_zero and (spring.rounding.names | spring.backlash.names) <= values.keys():
+        backlash, rounding = spring.backlash.value(values), spring.rounding.value(values)
+        if rounding < LEAST_ROUNDING * backlash:
+            yield "rounding", f"{rounding:g} is sharper than {LEAST_ROUNDING:g} of the backlash {backlash:g}: give more"
+    if not law.bristle.is_zero and law.coulomb.names <= values.keys() and law.coulomb.value(values) == 0:
+        yield "bristle", "the joint has no coulomb friction that it could hold: give coulomb"
+    if joint.sharing.names <= values.keys() and joint.sharing.value(values) < 0:
+        yield "sharing", f"{quote(joint.sharing)} is negative: {joint.sharing.value(values):g}"
 
 
-def _check_distinct(machine: Machine, named: list[tuple[str, str]]) -> None:
-    places: dict[str, str] = {}
-    for place, name in named:
-        if name in places:
-            raise machine.error(place, f"the name {name!r} is taken by {places[name]}: choose another")
-        places[name] = place
+def start_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[Fault]:
+    """Positions of loops that have no value, or differ from those of another loop, with their place."""
+    before: dict[str, tuple[str, float]] = {}
+    for loop in machine.loops:
+        for variable, formula in loop.start.items():
+            place = f"loop {loop.name}, start, {variable}"
+            try:
+                value = formula.value(values)
+            except KeyError:
+                yield place, _without_value(machine, formula, values)
+                continue
+            except FormulaError as error:
+                yield place, str(error)
+                continue
+            other, first = before.setdefault(variable, (loop.name, value))
+            if not math.isclose(first, value, rel_tol=SAME, abs_tol=SAME):
+                yield place, f"{value:g} contradicts {first:g} of loop {other}: a joint has one position"
 
 
-def _check_base(machine: Machine) -> None:
-    for column, vector in columns(machine.base):
-        moved = column.key != "gravity" and any(not x.is_zero for x in vector)
-        if machine.floating and moved:
-            raise machine.error(f"base, {column.key}", "it is an argument where the base floats: leave it out")
-
-
-def _refuse(
-    machine: Machine, of_joints: Iterable[tuple[int, tuple[str, str]]], of_loops: Iterable[tuple[str, str]] = ()
-) -> None:
-    """Raise `InputError` for the first fault of a joint, then of a loop."""
-    for j, (key, what) in of_joints:
-        raise machine.error(place_of(j, machine.joint(j), key), what)
-    for place, what in of_loops:
+def _refuse(machine: Machine, faults: Iterable[Fault]) -> None:
+    """Raise `InputError` for the first fault."""
+    for place, what in faults:
         raise machine.error(place, what)
 
 
-def _check_joint(machine: Machine, j: int, joint: Joint) -> None:
-    for key, what in _faults(j, joint):
-        raise machine.error(place_of(j, joint, key), what)
+def _faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault]:
+    """Faults that need no values of parameters."""
+    rows = [(j, place_of(j, joint), joint) for j, joint in enumerate(machine.joints, start=1)]
+    yield from _name_faults(machine, reserved)
+    for j, place, joint in rows:
+        yield from _at(place, _row_faults(j, joint))
+    for column, vector in columns(machine.base):
+        if machine.floating and column.key != "gravity" and any(not x.is_zero for x in vector):
+            yield f"base, {column.key}", "it is an argument where the base floats: leave it out"
+    for j, place, joint in rows:
+        if not joint.friction.ball.is_zero and not machine.ball(j):
+            what = "this row and the two that carry it must be revolute: they make the ball joint"
+            yield f"{place}, ball damping", what
+    for loop in machine.loops:
+        for key, row in (("cut", loop.cut), ("meets", loop.meets)):
+            if not 1 <= row <= len(rows):
+                yield f"loop {loop.name}, {key}", f"row {row} is missing: the table has {len(rows)}"
+    for j, place, joint in rows:
+        yield from _at(place, _cut_faults(machine, j, joint))
+    yield from _loop_faults(machine, reserved)
+    yield from _declaration_faults(machine)
+    for j in machine.articulated:
+        yield from _at(place_of(j, machine.joint(j)), _following_faults(machine, machine.joint(j)))
+    yield from _cycles(machine)
+    yield from _parameter_faults(machine)
 
 
-def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
+def _value_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[Fault]:
+    """Faults of values of cells, as far as parameters have values."""
+    for place, _, cell, formula in _cells(machine):
+        if not formula.is_zero and (what := _value_fault(cell, formula, values)):
+            yield place, what
+    for j in machine.with_backlash:
+        if changed_by := ", ".join(sorted(machine.joint(j).spring.stiffness.names & machine.variables.keys())):
+            what = f"its stiffness changes with {changed_by}, and a backlash needs a constant one"
+            yield place_of(j, machine.joint(j), "backlash"), f"{what}: leave one of them out"
+    for j, joint in enumerate(machine.joints, start=1):
+        yield from _at(place_of(j, joint), law_faults(joint, values))
+    yield from start_faults(machine, values)
+
+
+def _at(place: str, faults: Iterable[Fault]) -> Iterator[Fault]:
+    return ((f"{place}, {key}", what) for key, what in faults)
+
+
+def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]]:
+    """Every cell of the machine, with its place and its joint, if it is that of one."""
+    for j, joint in enumerate(machine.joints, start=1):
+        place = place_of(j, joint)
+        yield from ((f"{place}, {cell.label}", joint, cell, formula) for cell, formula in cells(joint))
+    for frame in machine.frames:
+        yield from ((f"frame {frame.name}, {cell.label}", None, cell, formula) for cell, formula in cells(frame))
+    if machine.floating:
+        yield from ((f"base, {cell.label}", None, cell, formula) for cell, formula in cells(machine.floating))
+    yield from ((cell.label, None, cell, formula) for cell, formula in cells(machine.base))
+
+
+def _doubts(machine: Machine) -> Iterator[tuple[str, Doubt]]:
+    """What is wrong or doubtful about units of formulas, with its place."""
+    units = UnitsOfNames(machine)
+    for place, joint, cell, formula in _cells(machine):
+        if formula.names:
+            unit = joint.unit_of(cell) if joint else cell.column.dimension.units[0]
+            position = joint is not None and cell.column.key == SELECTED.get(joint.sigma)
+            yield from ((place, doubt) for doubt in units.doubts(formula, unit, gives_position=position))
+
+
+def _name_faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault]:
+    if not machine.joints and not machine.floating:
+        yield "joints", "the machine has no joint: give at least one row of the table"
+    if len(machine.joints) > MOST_JOINTS:
+        yield "joints", f"{len(machine.joints)} rows: at most {MOST_JOINTS} can be modelled"
+    rows = [*enumerate(machine.joints, start=1)]
+    joints = [(place_of(j, joint, "name"), joint.name) for j, joint in rows]
+    variables = [(place_of(j, x, "joint variable"), x.variable) for j, x in rows if x.variable is not None]
+    parameters = [("parameters", parameter.name) for parameter in machine.parameters]
+    named = [(why_no_machine, "name", machine.name), *((why_no_joint, *pair) for pair in joints)]
+    for why, place, name in [*named, *((why_reserved, *pair) for pair in (*variables, *parameters))]:
+        if reason := why(name, reserved):
+            origin = f" ({machine.origin.of_name})" if place == "name" and machine.origin.of_name else ""
+            free = free_name(name, {**reserved, name: reason})
+            yield place, f"the name {quote(name)} cannot be used: {reason}; {free!r} is free{origin}"
+    yield from _frame_faults(machine, reserved)
+    for names in (joints, [*parameters, *variables]):
+        places: dict[str, str] = {}
+        for place, name in names:
+            if name in places:
+                yield place, f"the name {name!r} is taken by {places[name]}: choose another"
+            places[name] = place
+
+
+def _frame_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
+    """Faults of named frames: names that cannot be used, and rows that are not there."""
+    rows = {joint.name for joint in machine.joints}
+    for frame in machine.frames:
+        what, name = kind_and_name(frame.name)
+        place = f"frame {quote(frame.name)}"
+        if reason := why_no_joint(name, reserved):
+            yield place, f"the name cannot be used: {reason}; {free_name(name, reserved)!r} is free"
+        if frame.on and frame.on not in rows:
+            yield f"{place}, on", f"no joint {quote(frame.on)}{did_you_mean(frame.on, rows)}"
+        if frame.name == BASE or (name in rows and not what and frame.on != name):
+            owner = "frame 0" if frame.name == BASE else f"the frame of joint {name}, whose body does not carry it"
+            yield place, f"{owner} has this name: choose another, or write 'link {name}'"
+
+
+def _row_faults(j: int, joint: Joint) -> Iterator[Fault]:
+    kind, sigma = joint.kind, joint.sigma
     if not 0 <= joint.antecedent < j:
         what = f"{joint.antecedent} must be 0 (the base) or a row above {j}: joints are numbered from the base outwards"
         yield "antecedent", f"{what}; closed loops are written with a row of kind cut, in [loops]"
-    if joint.sigma not in (0, 1, 2):
-        yield "sigma", f"{joint.sigma} must be 0 (revolute), 1 (prismatic) or 2 (fixed frame)"
-    if joint.kind != Kind.CUT and (joint.kind == Kind.FIXED) != (joint.sigma == 2):
-        yield "kind", f"{joint.kind.value!r} does not go with sigma = {joint.sigma}: kind fixed means sigma = 2"
-    if joint.sigma == 2 and joint.variable is not None:
+    if sigma not in (0, 1, 2):
+        yield "sigma", f"{sigma} must be 0 (revolute), 1 (prismatic) or 2 (fixed frame)"
+    if kind != Kind.CUT and (kind == Kind.FIXED) != (sigma == 2):
+        yield "kind", f"{kind.value!r} does not go with sigma = {sigma}: kind fixed means sigma = 2"
+    if sigma == 2 and joint.variable is not None:
         yield "joint variable", f"a fixed frame has no variable: remove {joint.variable!r}"
-    if joint.kind == Kind.COUPLED and joint.variable is not None:
+    if kind == Kind.COUPLED and joint.variable is not None:
         yield "joint variable", f"a coupled joint has no variable of its own: remove {joint.variable!r}"
-    if joint.sigma != 2 and joint.variable is None and joint.kind != Kind.COUPLED:
-        yield "theta" if joint.sigma == 0 else "r", f"the joint variable is missing, sigma = {joint.sigma} puts it here"
-    yield from row_faults(joint)
-    yield from _spring_faults(joint)
-    yield from _friction_faults(joint.friction)
-    yield from _cogging_faults(joint)
+    if sigma != 2 and joint.variable is None and kind != Kind.COUPLED:
+        yield SELECTED[sigma], f"the joint variable is missing, sigma = {sigma} puts it here"
+    yield from _cells_without_place(joint)
+    yield from _law_faults(joint)
 
 
-def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
-    if joint.kind == Kind.ELASTIC and joint.spring.stiffness.is_zero:
+def _law_faults(joint: Joint) -> Iterator[Fault]:
+    """Cells of springs, friction and motors that need others, or exclude them."""
+    spring, law, cogging = joint.spring, joint.friction, joint.cogging
+    if not joint.sharing.is_zero and joint.kind not in (Kind.MOTOR, Kind.CUT):
+        yield "sharing", f"the joint is {joint.kind.value}: only motors share a torque"
+    if not joint.ratio.is_zero and joint.rotor_inertia.is_zero:
+        yield "ratio", "a ratio needs a rotor_inertia, that of the rotor about its own axis"
+    if joint.kind == Kind.ELASTIC and spring.stiffness.is_zero:
         yield "stiffness", "an elastic joint needs a stiffness: give one, or make the joint passive"
-    for cell, formula in cells(joint.spring):
-        if joint.kind not in (Kind.ELASTIC, Kind.CUT) and not formula.is_zero:
-            yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
-    if joint.spring.backlash.is_zero and not joint.spring.rounding.is_zero:
+    if spring.backlash.is_zero and not spring.rounding.is_zero:
         yield "rounding", "it rounds the edges of a backlash: give backlash, or leave it out"
-
-
-def _cogging_faults(joint: Joint) -> Iterator[tuple[str, str]]:
-    for cell, formula in cells(joint.cogging):
-        if joint.kind is not Kind.MOTOR and not formula.is_zero:
-            yield cell.label, f"the joint is {joint.kind.value}: only a motor has {cell.label}"
-    law = joint.cogging
-    if law.amplitude.is_zero and not (law.order.is_zero and law.phase.is_zero):
-        yield "cogging", "is missing beside its order: give the amplitude of the torque, or leave the order out"
-    if law.order.is_zero and not law.amplitude.is_zero:
-        yield "cogging order", "is missing: give the periods of cogging in a turn of the rotor, as 24"
-
-
-def _friction_faults(law: Friction) -> Iterator[tuple[str, str]]:
     if not law.bristle.is_zero and not law.creep.is_zero:
         yield "bristle, creep", "both make dry friction smooth: keep one"
     if not law.bristle.is_zero and law.bristle_damping.is_zero:
-        yield "bristle_damping", "give it beside bristle; sqrt(bristle times the inertia of the joint) is usual"
+        yield "bristle_damping", "give it with bristle; sqrt(bristle times the inertia of the joint) is usual"
     if law.static.is_zero != law.stribeck.is_zero:
         yield "static, stribeck", "give both, or none: friction at rest, and the velocity at which half of it is gone"
+    if cogging.amplitude.is_zero and not (cogging.order.is_zero and cogging.phase.is_zero):
+        yield "cogging", "is missing, its order is given: give the amplitude of the torque, or leave the order out"
+    if cogging.order.is_zero and not cogging.amplitude.is_zero:
+        yield "cogging order", "is missing: give the periods of cogging in a turn of the rotor, as 24"
 
 
-def _check_declared(machine: Machine) -> None:
+def _cells_without_place(joint: Joint) -> Iterator[Fault]:
+    """Cells of springs and motors that this kind of joint cannot have."""
+    kind, coupled = joint.kind, "a coupled joint has no variable of its own: add one to the cell, or move the"
+    for cell, formula in cells(joint.spring):
+        if kind in (Kind.ELASTIC, Kind.CUT) or formula.is_zero:
+            continue
+        if kind is Kind.COUPLED:
+            yield cell.label, f"{coupled} spring to a joint that has"
+        elif kind is not Kind.MOTOR or cell.column.key not in BESIDE_MOTORS:
+            advice = ": give viscous friction" if kind is Kind.MOTOR and cell.column.key == "damping" else ""
+            yield cell.label, f"the joint is {kind.value}: only an elastic one has {cell.label}{advice}"
+        elif joint.spring.stiffness.is_zero:
+            yield "neutral", "the motor has no spring: give its stiffness, or leave it out"
+    if kind is Kind.COUPLED and not joint.sharing.is_zero:
+        yield "sharing", f"{coupled} motor to a joint that has"
+    for cell, formula in cells(joint.cogging):
+        if kind is not Kind.MOTOR and not formula.is_zero:
+            yield cell.label, f"the joint is {kind.value}: only a motor has {cell.label}"
+
+
+def _cut_faults(machine: Machine, j: int, joint: Joint) -> Iterator[Fault]:
+    """Faults of a cut joint, and of a row on one."""
+    carrier = machine.joint(joint.antecedent) if joint.antecedent else None
+    if carrier and carrier.kind == Kind.CUT:
+        where = machine.joint(carrier.antecedent).name if carrier.antecedent else "the base"
+        yield "antecedent", f"{carrier.name} is a cut joint, which carries no other: hang it on {where}"
+    if joint.kind != Kind.CUT:
+        return
+    loop = next((loop for loop in reversed(machine.loops) if loop.cut == j), None)
+    for what, key in _cells_on_cut_joint(joint):
+        around = map(machine.joint, machine.around(loop)) if loop else ()
+        passive = ", ".join(str(joint.variable) for joint in around if joint.kind == Kind.PASSIVE)
+        elsewhere = f" (passive joints of it: {passive})" if passive else ""
+        yield key, f"the cut joint carries no {what}: cut the loop elsewhere{elsewhere}"
+    if not loop:
+        example = f'[loops] name = {{ cut = "{joint.name}", meets = "..." }}'
+        yield "kind", f"no loop is closed by this cut joint: write {example}, or give it another kind"
+
+
+def _cells_on_cut_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Cells with an entry on a cut joint: what they describe, and their key."""
+    acting = (pair for pair in cells(joint) if pair[0].column.section in ("springs", "motors"))
+    for cell, formula in chain(cells(joint.body), acting):
+        if not formula.is_zero:
+            yield "motor, spring or body", cell.label
+    for what in ("friction", "wrench"):
+        for cell, formula in cells(getattr(joint, what)):
+            if formula != cell.column.default:
+                yield what, cell.label
+
+
+def _loop_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
+    """Faults of the entries of loops."""
+    ends: dict[int, str] = {}
+    for loop in machine.loops:
+        reason = why_reserved(loop.name, reserved)
+        if reason or loop.name in (other.name for other in machine.loops if other is not loop):
+            yield f"loop {quote(loop.name)}", f"this name cannot be used: {reason or 'two loops have it'}"
+        yield from _at(f"loop {loop.name}", _end_faults(machine, loop, ends))
+        yield from _at(f"loop {loop.name}", _dependent_faults(machine, loop))
+        variables = {joint.variable for joint in machine.joints if joint.variable}
+        for name in loop.start:
+            if name not in variables:
+                what = f"no joint variable {quote(name)}{did_you_mean(name, sorted(variables))}"
+                yield f"loop {loop.name}, start", what
+        ends |= {loop.cut: loop.name, loop.meets: loop.name}
+    named: dict[str, str] = {}
+    for loop in machine.loops:
+        for name in loop.dependent:
+            if named.setdefault(name, loop.name) != loop.name:
+                what = f"{name} follows from loop {named[name]} already: name another joint of the loop"
+                yield f"loop {loop.name}, dependent", what
+
+
+def _end_faults(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterator[Fault]:
+    """Faults of the rows that a loop joins; `ends` are those of the loops before."""
+    cut, meets = machine.joint(loop.cut), machine.joint(loop.meets)
+    if loop.cut == loop.meets:
+        yield "meets", f"{meets.name} is the cut joint itself: name the fixed frame that it meets"
+    if cut.kind != Kind.CUT:
+        cuts = [joint.name for joint in machine.joints if joint.kind == Kind.CUT]
+        yield "cut", f'{cut.name} is not a cut joint: its row needs kind = "cut"{did_you_mean(cut.name, cuts)}'
+    if meets.kind != Kind.FIXED and loop.cut != loop.meets:
+        yield "meets", f"{meets.name} is not a fixed frame: the cut joint meets a row of its own, of kind fixed"
+    for key, row, joint in (("cut", loop.cut, cut), ("meets", loop.meets, meets)):
+        if row in ends:
+            what = f"{joint.name} belongs to loop {ends[row]}"
+            yield key, f"{what}: each loop has a cut joint and a fixed frame of its own"
+    if loop.closes is Closing.POINT and cut.sigma != 2:
+        yield "closes", f"a ball joint has no variable in the table: give {cut.name} sigma = 2"
+    if not machine.around(loop):
+        yield "cut", f"no joint between {cut.name} and {meets.name} moves: all of the loop is fixed"
+
+
+def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
+    """Faults of the joints whose variables depend on the others of the loop."""
+    names = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
+    for name in loop.dependent:
+        if name not in names:
+            yield "dependent", f"no joint {quote(name)}{did_you_mean(name, inside)}"
+        elif names[name] == loop.cut:
+            yield "dependent", f"{name} is the cut joint, whose variable follows anyway: leave it out"
+        elif names[name] in machine.articulated and names[name] not in machine.with_variable:
+            yield "dependent", f"{name} is coupled and has no variable of its own: name the joint that it follows"
+        elif name not in inside:
+            yield "dependent", f"{name} is not a joint of the loop: those are {', '.join(inside)}"
+    if len(set(loop.dependent)) < len(loop.dependent):
+        yield "dependent", "a joint is named twice"
+    if not loop.dependent and machine.around(loop) and not machine.dependent_in(loop):
+        yield "dependent", "the loop has no passive joint: name those that follow from the others"
+
+
+def _without_value(machine: Machine, formula: Formula, values: Mapping[str, float]) -> str:
+    """Why a formula has no value: a name that is not declared, or a parameter without a value."""
     parameters = {parameter.name for parameter in machine.parameters}
-    following, with_variables = _following(machine), parameters.union(machine.variables)
-    for place, formula in formulas(machine):
-        known = with_variables if place in following else parameters
-        for name in sorted(formula.names - known):
-            undeclared = f"{quote(name)} is not declared{did_you_mean(name, known)}"
+    for name in sorted(formula.names - parameters):
+        return f"{name!r} is not declared{did_you_mean(name, parameters)}"
+    missing = ", ".join(sorted(formula.names - values.keys()))
+    return f"{missing} has no value, but numbers select the branch: give it one, or write a number"
+
+
+def _declaration_faults(machine: Machine) -> Iterator[Fault]:
+    """Names in cells that are not declared, and variables in cells that cannot follow joints."""
+    parameters = {parameter.name for parameter in machine.parameters}
+    for place, joint, cell, formula in _cells(machine):
+        allowed: Collection[str] = parameters
+        if joint and joint.sigma != 2 and joint.kind is not Kind.CUT and _may_follow(joint, cell):
+            allowed = parameters.union(machine.variables)
+        for name in sorted(formula.names - {*allowed}):
+            undeclared = f"{quote(name)} is not declared{did_you_mean(name, allowed)}"
             if why_reserved(name) is None:
                 undeclared += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            what = _of_joint(machine, name) or undeclared
-            raise machine.error(place, what)
+            yield place, _of_joint(machine, name) or undeclared
 
 
-def _following(machine: Machine) -> set[str]:
-    """Places of the cells that may hold the variables of joints."""
-    joints = [(place_of(j, machine.joint(j)), machine.joint(j)) for j in machine.articulated]
-    return {f"{place}, {key}" for place, joint in joints for key in (SELECTED[joint.sigma], "stiffness")}
+def _may_follow(joint: Joint, cell: Cell) -> bool:
+    """Whether a cell of a joint that moves may hold other joints' variables."""
+    return cell.label == SELECTED[joint.sigma] or (cell.label == "stiffness" and joint.kind is not Kind.MOTOR)
 
 
 def _of_joint(machine: Machine, name: str) -> str:
@@ -254,42 +435,60 @@ def _of_joint(machine: Machine, name: str) -> str:
     return ""
 
 
-def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
-    for place, _, cell, formula in _cells(machine):
-        if formula.is_zero:
-            continue
+def _following_faults(machine: Machine, joint: Joint) -> Iterator[Fault]:
+    """Joint variables that occur twice, and coupled joints that follow nothing."""
+    key, names = SELECTED[joint.sigma], joint.selected.names
+    if joint.variable in names:
+        yield key, f"{joint.variable!r} is in the cell twice: a joint is its variable plus other variables"
+    if joint.kind == Kind.COUPLED and names.isdisjoint(machine.variables):
+        what = f"{quote(joint.selected)} holds no variable of another joint"
+        yield key, f"{what}: a joint that does not move is fixed, with sigma = 2"
+
+
+def _cycles(machine: Machine) -> Iterator[Fault]:
+    """The first cycle of cells that need each other's variables."""
+    needs = {
+        j: [machine.variables[name] for name in sorted(machine.joint(j).selected.names) if name in machine.variables]
+        for j in machine.articulated
+    }
+    try:
+        TopologicalSorter(needs).prepare()
+    except CycleError as error:
+        around: list[int] = error.args[1][:0:-1]
+        first = around.index(min(around))
+        j, *followers = around[first:] + around[:first]
+        cell = SELECTED[machine.joint(j).sigma]
+        needed = [*(str(machine.joint(other).variable) for other in followers), cell]
+        if followers:
+            what = f"{cell} needs {', which needs '.join(needed)}: break the cycle"
+            yield place_of(j, machine.joint(j), cell), what
+
+
+def _parameter_faults(machine: Machine) -> Iterator[Fault]:
+    """Parameters whose unit is not known or not that of SI: only numbers of files are converted."""
+    for parameter in (parameter for parameter in machine.parameters if parameter.unit):
+        place = f"parameter {parameter.name}"
         try:
-            if not formula.names <= values.keys():
-                _check_known_parts(formula.tree, values)
-                continue
-            value = formula.table_value(values)
-        except FormulaError as error:
-            raise machine.error(place, str(error)) from None
-        if what := cell.column.dimension.fault(value):
-            raise machine.error(place, f"{quote(formula)} {what}")
+            unit = read_unit(parameter.unit)
+        except UnitError as error:
+            yield place, str(error)
+            continue
+        if not unit.is_si:
+            what = f"its unit is {quote(parameter.unit)}, but values are not converted: write it in {unit.text or '1'}"
+            as_text = f', or value = "X {parameter.unit}"' if machine.source.endswith(TOML.suffixes) else ""
+            yield place, what + as_text
 
 
-def law_faults(joint: Joint, values: Mapping[str, float]) -> Iterator[tuple[str, str]]:
-    """Faults of values that go together, with the key of the joint; those that are not known are passed over."""
-    spring, law = joint.spring, joint.friction
-    if not spring.rounding.is_zero and (spring.rounding.names | spring.backlash.names) <= values.keys():
-        backlash, rounding = spring.backlash.value(values), spring.rounding.value(values)
-        if rounding < LEAST_ROUNDING * backlash:
-            yield "rounding", f"{rounding:g} is sharper than {LEAST_ROUNDING:g} of the backlash {backlash:g}: give more"
-    if not law.bristle.is_zero and law.coulomb.names <= values.keys() and law.coulomb.value(values) == 0:
-        yield "bristle", "the joint has no coulomb friction that it could hold: give coulomb"
-    if joint.sharing.names <= values.keys() and joint.sharing.value(values) < 0:
-        yield "sharing", f"{quote(joint.sharing)} is negative: {joint.sharing.value(values):g}"
-
-
-def _check_backlash(machine: Machine) -> None:
-    for j in machine.with_backlash:
-        changed_by = ", ".join(sorted(machine.joint(j).spring.stiffness.names & machine.variables.keys()))
-        if changed_by:
-            what = (
-                f"its stiffness changes with {changed_by}, and a backlash needs a constant one: leave one of them out"
-            )
-            raise machine.error(place_of(j, machine.joint(j), "backlash"), what)
+def _value_fault(cell: Cell, formula: Formula, values: Mapping[str, float]) -> str:
+    """Return the fault of a cell's value, as far as parameters have values; empty for a valid one."""
+    try:
+        if not formula.names <= values.keys():
+            _check_known_parts(formula.tree, values)
+            return ""
+        what = cell.column.dimension.fault(formula.table_value(values))
+    except FormulaError as error:
+        return str(error)
+    return f"{quote(formula)} {what}" if what else ""
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
@@ -302,137 +501,28 @@ def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
     return None if None in parts else Formula(tree[0], tree).table_value(values)
 
 
-Fault = tuple[str, str]
-"""Key of a joint, and what is wrong with it."""
-
-
-def row_faults(joint: Joint) -> Iterator[Fault]:
-    """Faults of one row: a coupled joint with a spring or a motor, a share or a ratio without its motor."""
-    if joint.kind == Kind.COUPLED:
-        for what, key in _on_coupled(joint):
-            advice = f"add one to the cell, or move the {what} to a joint that has"
-            yield key, f"a coupled joint has no variable of its own: {advice}"
-    if not joint.sharing.is_zero and joint.kind not in (Kind.MOTOR, Kind.CUT):
-        yield "sharing", f"the joint is {joint.kind.value}: only motors share a torque"
-    if not joint.ratio.is_zero and joint.rotor_inertia.is_zero:
-        yield "ratio", "a ratio needs a rotor_inertia, that of the rotor about its own axis"
-
-
-def _on_coupled(joint: Joint) -> Iterator[tuple[str, str]]:
-    """What stands on a coupled joint and belongs to a variable, with its key."""
-    yield from (("spring", cell.label) for cell, formula in cells(joint.spring) if not formula.is_zero)
-    if not joint.sharing.is_zero:
-        yield "motor", "sharing"
-
-
-def cell_faults(machine: Machine) -> Iterator[tuple[int, Fault]]:
-    """Faults of cells that hold the variables of other joints, with the number of the joint.
-
-    Joint variables that occur twice, coupled joints that follow nothing, and cycles.
-    """
-    for j in machine.articulated:
-        joint = machine.joint(j)
-        key, names = SELECTED[joint.sigma], joint.selected.names
-        if joint.variable in names:
-            yield j, (key, f"{joint.variable!r} stands in the cell twice: a joint is its variable plus those of others")
-        if joint.kind == Kind.COUPLED and names.isdisjoint(machine.variables):
-            what = f"{quote(joint.selected)} holds no variable of another joint"
-            yield j, (key, f"{what}: a joint that does not move is fixed, with sigma = 2")
-    yield from _cycle(machine)
-
-
-def _cycle(machine: Machine) -> Iterator[tuple[int, Fault]]:
-    """The first cycle of cells that need each other's variables."""
-    needs = {
-        j: [machine.variables[name] for name in sorted(machine.joint(j).selected.names) if name in machine.variables]
-        for j in machine.articulated
-    }
-    try:
-        TopologicalSorter(needs).prepare()
-    except CycleError as error:
-        around: list[int] = error.args[1][:0:-1]
-        first = around.index(min(around))
-        j, *others = around[first:] + around[:first]
-        cell = SELECTED[machine.joint(j).sigma]
-        needed = [*(str(machine.joint(other).variable) for other in others), cell]
-        if others:
-            yield j, (cell, f"{cell} needs {', which needs '.join(needed)}: break the cycle")
-
-
-def share_warnings(machine: Machine) -> list[str]:
+def _share_warnings(machine: Machine) -> list[str]:
     """Warnings about shares of motors that turn and of motors that slide."""
     sharing = [machine.joint(j) for j in machine.motors if not machine.joint(j).sharing.is_zero]
     turning, sliding = ([joint.name for joint in sharing if joint.sigma == sigma] for sigma in (0, 1))
     if not turning or not sliding:
         return []
-    return [f"sharing: {turning[0]} turns and {sliding[0]} slides: N m and N are weighted alike"]
+    return [f"sharing: {turning[0]} turns and {sliding[0]} slides: N m and N have equal weights"]
 
 
-NOT_SI = {"mm", "cm", "dm", "um", "µm", "km", "inch", "ft", "deg", "degree", "degrees", "°", "rpm", "g", "mg", "lb"}
-NOT_SI |= {"Nmm", "Ncm", "kN", "MN", "daN", "ms", "min"}
-
-
-def parameter_faults(machine: Machine) -> Iterator[tuple[str, str]]:
-    """Parameters in units other than SI, with their place: values are not converted."""
-    for parameter in machine.parameters:
-        if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
-            what = f"its unit is {quote(parameter.unit)}, but values are not converted: write it in m, kg, s, rad, N"
-            if machine.source.endswith(TOML.suffixes):
-                what += f', or value = "X {parameter.unit}"'
-            yield f"parameter {parameter.name}", what
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """What is wrong with the units of a formula, or only may be."""
-
-    what: str
-    is_certain: bool
-
-
-@dataclass(frozen=True)
-class UnitsOfNames:
-    """Units of the names of a machine: of the parameters that declare one, and of the joint variables."""
-
-    machine: Machine
-
-    @cached_property
-    def declared(self) -> dict[str, Powers]:
-        """Units of parameters, as exponents of kg, m, s and rad, where they are declared and known."""
-        found = {p.name: in_base_units(p.unit) for p in self.machine.parameters}
-        return {name: powers for name, powers in found.items() if powers is not None}
-
-    @cached_property
-    def of_variables(self) -> dict[str, Powers]:
-        """Units of joint variables."""
-        units = {name: in_base_units(self.machine.joint(j).unit) for name, j in self.machine.variables.items()}
-        return {name: powers for name, powers in units.items() if powers is not None}
-
-    @cached_property
-    def known(self) -> dict[str, Powers]:
-        """Units of all names that have one."""
-        return {**self.declared, **self.of_variables}
-
-    def doubts(self, formula: Formula, unit: str, *, gives_position: bool) -> Iterator[Doubt]:
-        """What is doubtful about a formula that needs a unit, and gives the position of a joint or does not.
-
-        Numbers may have units: `8e4/L` is a stiffness in N/m, `1*q1` an arc of radius 1 m. So it is certain only where
-        a variable stands alone, or where units are declared. A unit that is only not that of the cell is a warning:
-        values are taken in the unit of the cell.
-        """
-        needed = in_base_units(unit or "1") or {}
-        for one in mismatches(formula, self.known, needed):
-            if (gives_position or one.is_mixed) and self._is_certain(one):
-                yield Doubt(one.message, is_certain=True)
-            elif (gives_position and not one.is_of_angles) or one.is_mixed or self._is_declared(one, formula):
-                yield Doubt(one.message, is_certain=False)
-
-    def _is_certain(self, one: Mismatch) -> bool:
-        names = names_in(one.part)
-        stands_alone = one.part[0] == "name" or not names.isdisjoint(self.declared)
-        return stands_alone and not one.found.counted and not one.is_of_angles
-
-    def _is_declared(self, one: Mismatch, formula: Formula) -> bool:
-        """Whether a declared unit does not fit; beside variables a number may make up for it, but not for rad2."""
-        declared = any(name in self.declared for name in formula.names)
-        return declared and (one.is_of_angles or formula.names.isdisjoint(self.of_variables))
+def _loop_warnings(machine: DescribedMachine) -> Iterator[str]:
+    """Warnings about loops around the same joints as another, and about a SYMORO type without its loops."""
+    loops_around = dict[tuple[int, ...], str]()
+    for loop in machine.loops:
+        other = loops_around.setdefault(machine.around(loop), loop.name)
+        if other != loop.name:
+            yield f"loop {loop.name}: it closes around the same joints as loop {other}: closed twice?"
+    of_file, count = machine.origin.extras.get("Type", ""), len(machine.loops)
+    if of_file == "2" and not count:
+        what = "a .par file with closed loops has NJ > NL, with rows for cut joints and for the frames that they meet"
+        yield f"Type = 2: the machine has no closed loop and is read as a tree; {what}"
+    if of_file in ("0", "1") and count:
+        kind = "a chain" if of_file == "0" else "a tree"
+        loops = "a closed loop" if count == 1 else f"{count} closed loops"
+        what = f"that is {kind}, but NJ > NL: the machine is read with {loops}"
+        yield f"Type = {of_file}: {what}; write Type = 2, or leave those rows out"

@@ -35,6 +35,8 @@ class Dimension(Enum):
     ROTOR_INERTIA = "rotor inertia", "kg m2", "kg"
     STIFFNESS = "stiffness", "N m/rad", "N/m"
     DAMPING = "damping", "N m s/rad", "N s/m"
+    LINEAR_DAMPING = "damping of a translation", "N s/m"
+    ANGULAR_DAMPING = "damping of a rotation", "N m s/rad"
     POSITION = "joint position", "rad", "m"
     VISCOUS_FRICTION = "viscous friction", "N m s/rad", "N s/m"
     COULOMB_FRICTION = "Coulomb friction", "N m", "N"
@@ -78,7 +80,7 @@ class Dimension(Enum):
 NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
     *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP, Dimension.SHARE),
-    Dimension.BACKLASH,
+    *(Dimension.BACKLASH, Dimension.LINEAR_DAMPING, Dimension.ANGULAR_DAMPING),
     *(Dimension.RESISTANCE, Dimension.INDUCTANCE, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
 )
 
@@ -89,7 +91,7 @@ LEAST_ROUNDING = 1e-4
 WITHOUT = {
     Dimension.CREEP: "dry friction jumps at rest (stribeck: leave out static, too)",
     Dimension.BACKLASH: "the spring is straight, or its edges are rounded by backlash/50",
-    Dimension.PER_TURN: "there is no cogging: leave that out, too",
+    Dimension.PER_TURN: "the joint has no cogging: leave that out, too",
 }
 """Laws without a cell that cannot be 0."""
 OF_ROTORS = (
@@ -106,7 +108,7 @@ class Column:
     `key` is its key in TOML, in the table `section`; `par` is its key in .par files, one for each entry or one for
     all: a list of that format, or else an extension line. `title` is its name in messages, `symbol` its name in the
     table that `show` prints. Numbers in it become parameters `<joint>.<name>` of sensitivities where it is `tunable`.
-    `meaning` and `example`, as TOML writes its value, stand in the reference of the formats; an entry that is left out
+    `meaning` and `example`, as TOML writes its value, are in the reference of the formats; an entry that is left out
     is `default`.
     """
 
@@ -175,54 +177,54 @@ def column(
     `central` describes the column where the owner's `central` is true.
     """
     usual = Formula.parse(default) if default else ZERO
-    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable, meaning, example, usual)
-    return field(default=(ZERO,) * len(parts) if parts else usual, metadata={COLUMN: one, CENTRAL: central or one})
+    cell = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable, meaning, example, usual)
+    return field(default=(ZERO,) * len(parts) if parts else usual, metadata={COLUMN: cell, CENTRAL: central or cell})
 
 
 def columns(owner: Any) -> Iterator[tuple[Column, Values]]:
     """Yield every column of a joint, body, spring or base, also of its parts, with the formulas in it."""
-    for name, one in _fields(owner):
+    for name, kind in _fields(owner):
         value = getattr(owner, name)
-        if isinstance(one, type):
+        if isinstance(kind, type):
             yield from columns(value)
         else:
-            yield _described(owner, one), value if isinstance(value, tuple) else (value,)
+            yield _column_of(owner, kind), value if isinstance(value, tuple) else (value,)
 
 
 def cells(owner: Any) -> Iterator[tuple[Cell, Formula]]:
     """Yield every cell of a joint, body, spring or base, also of its parts, with the formula in it."""
-    for one, values in columns(owner):
-        yield from zip(one.cells, values, strict=True)
+    for column, values in columns(owner):
+        yield from zip(column.cells, values, strict=True)
 
 
 def declared_columns(owner: type, section: str = "", form: str = COLUMN) -> tuple[Column, ...]:
-    """Columns of a class, all or those of one section of a TOML file.
+    """Columns of a class, all or those of a section of a TOML file.
 
     Those of bodies about the origin of their frame; about their centre of mass where `form` is `CENTRAL`.
     """
-    found: list[Column] = []
-    for _, one in _layout(owner):
-        found += declared_columns(one, form=form) if isinstance(one, type) else [one[form]]
-    return tuple(one for one in found if section in ("", one.section))
+    result: list[Column] = []
+    for _, part in _layout(owner):
+        result += declared_columns(part, form=form) if isinstance(part, type) else [part[form]]
+    return tuple(column for column in result if section in ("", column.section))
 
 
 def with_columns(owner: Owner, change: Callable[[Column, Values], Sequence[Formula]]) -> Owner:
     """The same data with the formulas that `change` gives for each column."""
     changed: dict[str, Any] = {}
-    for name, one in _fields(owner):
+    for name, kind in _fields(owner):
         value = getattr(owner, name)
-        if isinstance(one, type):
+        if isinstance(kind, type):
             changed[name] = with_columns(value, change)
         elif isinstance(value, tuple):
-            changed[name] = tuple(change(_described(owner, one), value))
+            changed[name] = tuple(change(_column_of(owner, kind), value))
         else:
-            (changed[name],) = change(_described(owner, one), (value,))
+            (changed[name],) = change(_column_of(owner, kind), (value,))
     return replace(owner, **changed)  # type: ignore[type-var]
 
 
 def with_cells(owner: Owner, change: Callable[[Cell, Formula], Formula]) -> Owner:
     """The same data with the formula that `change` gives for each cell."""
-    return with_columns(owner, lambda one, values: [change(*pair) for pair in zip(one.cells, values, strict=True)])
+    return with_columns(owner, lambda column, values: [*map(change, column.cells, values)])
 
 
 Described = Mapping[str, Column]
@@ -230,8 +232,8 @@ Described = Mapping[str, Column]
 Layout = tuple[tuple[str, Described | type], ...]
 
 
-def _described(owner: Any, one: Described) -> Column:
-    return one[CENTRAL if getattr(owner, CENTRAL, False) else COLUMN]
+def _column_of(owner: Any, described: Described) -> Column:
+    return described[CENTRAL if getattr(owner, CENTRAL, False) else COLUMN]
 
 
 def _fields(owner: Any) -> Layout:
@@ -242,10 +244,10 @@ def _fields(owner: Any) -> Layout:
 @cache
 def _layout(owner: type) -> Layout:
     """Names of the fields of a class that hold columns: with the column, or with a class that has columns itself."""
-    found: list[tuple[str, Described | type]] = []
-    for one in fields(owner):
-        if COLUMN in one.metadata:
-            found.append((one.name, {name: replace(x, key=x.key or one.name) for name, x in one.metadata.items()}))
-        elif is_dataclass(one.default) and not isinstance(one.default, type):
-            found.append((one.name, type(one.default)))
-    return tuple(found)
+    layout: list[tuple[str, Described | type]] = []
+    for item in fields(owner):
+        if COLUMN in item.metadata:
+            layout.append((item.name, {name: replace(x, key=x.key or item.name) for name, x in item.metadata.items()}))
+        elif is_dataclass(item.default) and not isinstance(item.default, type):
+            layout.append((item.name, type(item.default)))
+    return tuple(layout)

@@ -1,4 +1,4 @@
-"""A machine as its file describes it: with what is asked of it, and with what else the file holds."""
+"""A machine as its file describes it: with its requests, and with the file's other entries."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Request:
-    """What a file asks of a machine: the scene, the motions to simulate, and the requirements on these."""
+    """Requests of a file: the scene, the motions to simulate, and the requirements on these."""
 
     scene: Scene | None = None
     motions: tuple[PrescribedMotion, ...] = ()
@@ -50,7 +50,7 @@ class Request:
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
-    """What a body looks like: the mesh of a `file`, as the machine's file names it, or a `solid` of half length 1.
+    """The shape of a body: the mesh of a `file`, as the machine's file names it, or a `solid` of half length 1.
 
     `points` (4, 4) maps points of the mesh, m, to the frame of the `joint` that carries the body, "" for frame 0: it
     turns, moves and scales them. A solid is a "box", an "ellipsoid", a "cylinder" along z, or a "capsule" along z whose
@@ -66,7 +66,7 @@ class BodyShape:
 
 @dataclass(frozen=True)
 class Origin:
-    """What a file holds beside mechanics and request, kept so that reading then writing loses nothing.
+    """Entries of a file that are neither mechanics nor requests, kept so that reading then writing loses nothing.
 
     `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
     the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
@@ -84,9 +84,9 @@ class Origin:
 
 @dataclass(frozen=True, repr=False)
 class DescribedMachine(Machine):
-    """A machine with what is `asked` of it, its `limits`, its `drives`, and the rest of its file (`origin`).
+    """A machine with its requests `asked`, its `limits`, its `drives`, and other entries of its file (`origin`).
 
-    Functions that need mechanics only take a `Machine`.
+    Functions that need mechanics only have a `Machine` as argument.
     """
 
     asked: Request = Request()
@@ -96,13 +96,13 @@ class DescribedMachine(Machine):
 
     @classmethod
     def of(cls, machine: Machine) -> DescribedMachine:
-        """The machine itself, or one of which nothing is asked and that comes from nowhere."""
+        """The machine itself, or one without requests and origin."""
         if isinstance(machine, cls):
             return machine
-        return cls(**{each.name: getattr(machine, each.name) for each in fields(machine)})
+        return cls(**{field.name: getattr(machine, field.name) for field in fields(machine)})
 
     def asking(self, **changes: Any) -> Self:
-        """The machine of which something else is asked: `scene`, `motions`, `wanted`."""
+        """Return the machine with other requests: `scene`, `motions`, `wanted`."""
         return replace(self, asked=replace(self.asked, **changes))
 
     def with_notes(self, *notes: str) -> Self:
@@ -125,9 +125,9 @@ def drives_of(machine: Machine) -> Drives:
 
 
 def between_samples(machine: Machine) -> DescribedMachine:
-    """The machine with what its drives are while torques are held: lag or winding, behind the torque tau."""
-    held = {name: one.power_stage for name, one in drives_of(machine).by_motor.items()}
-    return replace(DescribedMachine.of(machine), drives=Drives(held))
+    """The machine with its drives' power stages alone: lag or winding of a held torque."""
+    stages = {name: drive.power_stage for name, drive in drives_of(machine).by_motor.items()}
+    return replace(DescribedMachine.of(machine), drives=Drives(stages))
 
 
 def without_drives(machine: Machine) -> Machine:

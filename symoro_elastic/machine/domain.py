@@ -29,7 +29,7 @@ class Undefined:
     formula: Formula
 
     def error(self, machine: Machine, where: str) -> InputError:
-        """Return the error to raise about it; `where` says at which positions."""
+        """Return the error for this cell; `where` names the positions."""
         what = f"{self.formula.text!r} has no value and slope {where}"
         return machine.error(place_of(self.number, self.joint, self.cell.label), what)
 
@@ -45,29 +45,29 @@ class Domain:
             for cell, formula in cells(joint)
             if not formula.names.isdisjoint(machine.variables)
         ]
-        names = {name for one in self.cells for name in one.formula.names}
+        names = {name for cell in self.cells for name in cell.formula.names}
         self.free = sorted(x for x, j in machine.variables.items() if x in names and j not in machine.in_loops)
 
     def first_undefined(self, symbols: Mapping[str, float]) -> Undefined | None:
         """Return the first cell without value or slope where parameters and variables have these values."""
-        return next((one for one in self.cells if not self._is_defined(one.formula, symbols)), None)
+        return next((cell for cell in self.cells if not self._is_defined(cell.formula, symbols)), None)
 
     def nearest_defined(self, symbols: Mapping[str, float], source: random.Random) -> dict[str, float] | None:
-        """Return the values with free variables changed until all cells have a value; None where none is found."""
-        for values in self._drawn(symbols, source):
+        """Return the values with free variables changed until all cells have a value; None if the search fails."""
+        for values in self._samples(symbols, source):
             if self.first_undefined(values) is None:
                 return values
         return None
 
     def refusal(self, symbols: Mapping[str, float]) -> InputError | None:
-        """Return the error about a cell that has no value at any of the positions that are tried."""
-        for one in self.cells:
-            drawn = self._drawn(symbols, random.Random(0))
-            if not any(self._is_defined(one.formula, values) for values in drawn):
-                return one.error(self.machine, f"at any of {DRAWS} random positions: correct it")
+        """Return the error for a cell without a value at all random positions; None if each cell has one somewhere."""
+        for cell in self.cells:
+            samples = self._samples(symbols, random.Random(0))
+            if not any(self._is_defined(cell.formula, values) for values in samples):
+                return cell.error(self.machine, f"at any of {DRAWS} random positions: correct it")
         return None
 
-    def _drawn(self, symbols: Mapping[str, float], source: random.Random) -> Iterator[dict[str, float]]:
+    def _samples(self, symbols: Mapping[str, float], source: random.Random) -> Iterator[dict[str, float]]:
         yield dict(symbols)
         for k in range(DRAWS if self.free else 0):
             reach = REACHES[k % len(REACHES)]

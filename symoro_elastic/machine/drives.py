@@ -8,7 +8,7 @@ r is the set point behind its own filter. At the limit of the torque the integra
 
     xi'   = e + (tau_lim - filters tau_u) Tn/(Kp Tt)
 
-They stand beside mechanics, as limits do: models do not depend on them.
+They are separate from mechanics, as limits are: models do not depend on them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOTOR = "motor"
 
 
 class Sought(Enum):
-    """A gain that is not given: tuning finds it."""
+    """The word for a gain that tuning computes."""
 
     TUNED = "tuned"
 
@@ -77,7 +77,7 @@ class CurrentControl:
 
 @dataclass(frozen=True)
 class Drive:
-    """The cascade of one motor; gains belong to the variable of its joint, not to the axis of its rotor.
+    """The cascade of a motor; gains belong to the variable of its joint, not to the axis of its rotor.
 
     `Kv` 1/s, `Kp` N m s/rad or N s/m, `Tn` s (None: no integral part), `lag` s of the current loop, `dead_time` s
     (None: a period where there is one), `period` s of a sampled controller. `measured` is the signal of the position
@@ -108,13 +108,13 @@ class Drive:
 
     @property
     def power_stage(self) -> Drive:
-        """What it is while the torque of a sampled controller is held: its lag, or its winding with the controller."""
+        """The power stage of a sampled drive at constant torque: its lag, or its winding with the controller."""
         nothing, limit = Drive(ZERO, ZERO, velocity_forward=ZERO), self.voltage_limit
         return replace(nothing, lag=self.lag, current=self.current, voltage_limit=limit)
 
     @property
     def formulas(self) -> Iterator[tuple[str, Formula]]:
-        """Its numbers, with the keys under which they stand in a file."""
+        """Formulas of the drive, by their keys in a file."""
         gains = (("Kv", self.Kv), ("Kp", self.Kp), ("Tn", self.Tn))
         yield from ((key, gain) for key, gain in gains if isinstance(gain, Formula))
         yield "current, lag", self.lag
@@ -122,9 +122,9 @@ class Drive:
             yield from ((f"current, {key}", getattr(self.current, key)) for key in ("kp", "ti", "compensation"))
         yield "feed_forward, velocity", self.velocity_forward
         yield "feed_forward, acceleration", self.acceleration_forward
-        for k, one in enumerate(self.filters, start=1):
-            of_filter = ("frequency", "depth", "width") if isinstance(one, Notch) else ("frequency",)
-            yield from ((f"filter {k}, {key}", getattr(one, key)) for key in of_filter)
+        for k, stage in enumerate(self.filters, start=1):
+            of_filter = ("frequency", "depth", "width") if isinstance(stage, Notch) else ("frequency",)
+            yield from ((f"filter {k}, {key}", getattr(stage, key)) for key in of_filter)
         timed = (("dead_time", self.dead_time), ("period", self.period))
         limits = (("limits, torque", self.torque_limit), ("limits, windup", self.windup))
         electric = (("limits, current", self.current_limit), ("limits, voltage", self.voltage_limit))
@@ -137,7 +137,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class LoadPosition:
-    """The position that a drive controls in place of its motor's in a motion: motor + (s - start)/ratio.
+    """The load position that a drive controls instead of its motor's: motor + (s - start)/ratio.
 
     s is that of the joint `number`, or of the frame `number`, at the point `at` of its body, along an `axis` (0, 1, 2)
     of frame 0; `start` and `motor` are s and the position of the motor at the start.
@@ -153,20 +153,20 @@ class LoadPosition:
 
 @dataclass(frozen=True)
 class Drives:
-    """The drives of a machine by the names of the joints of their motors; `loads` are known along a motion only."""
+    """Drives by the names of their motors' joints; `loads` are positions that only a motion knows."""
 
     by_motor: Mapping[str, Drive] = field(default_factory=dict)
     loads: Mapping[str, LoadPosition] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Whether there are any."""
+        """Whether there is any drive."""
         return bool(self.by_motor)
 
 
 def within_motors(drives: Drives, machine: Machine) -> Drives:
-    """Return the drives of the motors that a machine still has."""
+    """Return the drives of the motors that are still in a machine."""
     names = {joint.name for joint in machine.motor_joints}
-    return Drives({name: one for name, one in drives.by_motor.items() if name in names}, drives.loads)
+    return Drives({name: drive for name, drive in drives.by_motor.items() if name in names}, drives.loads)
 
 
 def gain_unit(key: str, joint: Joint) -> str:
@@ -183,7 +183,7 @@ POSITIVE = (
 
 
 def why_wrong(key: str, x: float) -> str:
-    """Return why a number under a key is none that a drive can have; empty where it is."""
+    """Return why a number under a key is impossible for a drive; empty for a valid one."""
     if (key in POSITIVE or key.endswith(("frequency", "width"))) and not x > 0:
         return f"{x:g} is not above zero"
     if key == "current, compensation" and x > 1:
@@ -192,24 +192,24 @@ def why_wrong(key: str, x: float) -> str:
 
 
 def fault_of(drive: Drive, joint: Joint) -> tuple[str, str]:
-    """Return the key of what a drive cannot have, and why, with the way out; ("", "") where all is well."""
+    """Return the key of a drive's first fault, and why, with the way out; ("", "") for a valid drive."""
     reason = why_no_current_loop(drive, joint) or why_not_fed(drive) or _why_idle(drive)
     key, _, what = reason.partition(": ")
     return key, what
 
 
 def _why_idle(drive: Drive) -> str:
-    """Return why one of its parts does nothing, or is none."""
+    """Return why an entry of a drive has no effect, or is invalid; empty otherwise."""
     if drive.windup is not None:
         for name, is_there in (("torque", drive.torque_limit or drive.current_limit), ("Tn", drive.Tn)):
             if is_there is None:
-                return f"limits, windup: there is no {name} that it belongs to: give {name}, or leave windup out"
+                return f"limits, windup: it belongs to {name}, which is missing: give {name}, or leave windup out"
     if isinstance(drive.set_point, Average) and drive.period is None:
-        return "set_point, average: is of samples: give the drive a period, or take lowpass"
-    places = [(f"filter {k}", one) for k, one in enumerate(drive.filters, start=1)]
-    for place, one in (*places, ("set_point", drive.set_point)):
-        if isinstance(one, LowPass) and one.order not in (1, 2):
-            return f"{place}, order: {one.order}: a low-pass filter is of order 1 or 2"
+        return "set_point, average: is a mean of samples: give the drive a period, or use lowpass"
+    places = [(f"filter {k}", stage) for k, stage in enumerate(drive.filters, start=1)]
+    for place, stage in (*places, ("set_point", drive.set_point)):
+        if isinstance(stage, LowPass) and stage.order not in (1, 2):
+            return f"{place}, order: {stage.order}: a low-pass filter is of order 1 or 2"
     return ""
 
 
@@ -218,7 +218,7 @@ def why_not_fed(drive: Drive) -> str:
     if not drive.torque_forward:
         return ""
     if drive.acceleration_forward != ZERO:
-        return "feed_forward, acceleration: stands beside torque = true, which has the inertia: leave one out"
+        return "feed_forward, acceleration: conflicts with torque = true, which has the inertia: leave one out"
     if drive.set_point:
         return "feed_forward, torque: is of the set point before its filter: leave set_point out, or torque"
     return ""

@@ -22,7 +22,7 @@ TOML = FormatName("TOML", (".toml",), is_written=True)
 SYMORO = FormatName("SYMORO", (".par",), is_written=True)
 URDF = FormatName("URDF", (".urdf",), is_written=True, is_robot=True)
 MJCF = FormatName("MJCF", (".xml",), is_written=True, is_robot=True)
-DISTAL = FormatName("standard DH table", (".csv",), is_robot=True)
+DISTAL = FormatName("DH table", (".csv",), is_robot=True)
 FORMAT_NAMES = (TOML, SYMORO, URDF, MJCF, DISTAL)
 """Every format, in the order of the reference."""
 

@@ -9,9 +9,10 @@ atom    := number | name | function '(' sum (',' sum)* ')' | '(' sum ')'
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -27,6 +28,8 @@ SMALLEST, LARGEST = 1e-100, 1e50
 """Of a number of a table that is not zero, in SI units: products of such numbers stay within double precision."""
 FUNCTIONS = {"sin": 1, "cos": 1, "tan": 1, "sqrt": 1, "atan2": 2}
 PI = ("pi", "Pi")
+STEP = 1e-100
+"""Imaginary part of a name: its square is below the rounding of any number."""
 BINDING = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "power": 4}
 """How strongly operations bind; numbers, names and functions bind most."""
 
@@ -83,7 +86,7 @@ class Formula:
     def value(self, names: Mapping[str, float] | None = None) -> float:
         """Value in double precision, rationals rounded once.
 
-        Raises `KeyError` for a name without value, `FormulaError` where there is no finite value.
+        Raises `KeyError` for a name without value, `FormulaError` without a finite value.
         """
         return self._value(names or {}) if self.names else self._number
 
@@ -92,15 +95,20 @@ class Formula:
         return self._value({})
 
     def _value(self, names: Mapping[str, float]) -> float:
-        known = {name: names[name] for name in self.names} if names else {}
+        values = {name: names[name] for name in self.names} if names else {}
         try:
-            result = float(_evaluate(self.tree, {"pi": math.pi, **known}, _OF_FLOATS, lambda exact: exact))
+            result = float(_evaluate(self.tree, {"pi": math.pi, **values}, _OF_FLOATS, lambda exact: exact))
         except (ArithmeticError, ValueError) as error:
             reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
             raise FormulaError(f"{self.text!r} has no value: {reason}") from None
         if not math.isfinite(result):
             raise FormulaError(f"{self.text!r} is not finite")
         return result
+
+    def with_slope(self, names: Mapping[str, float], by: str) -> complex:
+        """Value with its derivative by a name times `STEP` as imaginary part: complex numbers have it without error."""
+        values = {name: names[name] for name in self.names} | {by: complex(names[by], STEP)}
+        return complex(_evaluate(self.tree, {"pi": math.pi, **values}, _OF_COMPLEX, float))
 
     def table_value(self, names: Mapping[str, float] | None = None) -> float:
         """Value as a number of a table, as `value`; raises `FormulaError` for one that is out of range, too."""
@@ -109,7 +117,7 @@ class Formula:
         return result
 
     def known_value(self, names: Mapping[str, float]) -> float | None:
-        """Value in double precision, None where a name has no value or the formula has none."""
+        """Value in double precision; None if a name has no value, or the formula is undefined."""
         if not self.names <= names.keys():
             return None
         try:
@@ -177,18 +185,33 @@ def _function_of_floats(name: str) -> Callable[..., float]:
 
 
 def _tangent(angle: SupportsFloat) -> float:
-    """The tangent of an angle that is not an odd multiple of pi/2, as far as rounding can tell."""
+    """The tangent of an angle that is not an odd multiple of pi/2, within rounding."""
     x = float(angle)
     if abs(math.cos(x)) <= 2 * math.ulp(x):
         raise ZeroDivisionError
     return math.tan(x)
 
 
+def _atan2(y: complex, x: complex) -> complex:
+    slope = (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real)
+    return complex(math.atan2(y.real, x.real), slope)
+
+
 _OF_FLOATS = {name: _function_of_floats(name) for name in FUNCTIONS}
+_OF_COMPLEX = {name: _atan2 if name == "atan2" else getattr(cmath, name) for name in FUNCTIONS}
+
+
+def terms(tree: Tree) -> Iterator[Tree]:
+    """The terms of a sum, without their signs."""
+    if tree[0] in ("+", "-", "neg"):
+        for part in tree[1:]:
+            yield from terms(part)
+    else:
+        yield tree
 
 
 def names_in(tree: Tree) -> set[str]:
-    """Names in a part of an expression."""
+    """Names in the tree of an expression."""
     if tree[0] == "name":
         return {tree[1]}
     return {name for part in tree[1:] if isinstance(part, tuple) for name in names_in(part)}
@@ -333,7 +356,7 @@ class _Parser:
             arguments.append(self.sum())
         self.expect(")")
         if len(arguments) != FUNCTIONS[name]:
-            raise FormulaError(f"{name} takes {FUNCTIONS[name]} argument(s), not {len(arguments)}")
+            raise FormulaError(f"{name} has {FUNCTIONS[name]} argument(s), not {len(arguments)}")
         return (name, *arguments)
 
     def expect(self, sign: str) -> None:
@@ -347,8 +370,8 @@ def _tokens(text: str) -> list[tuple[str, str]]:
     while position < len(text):
         match = _TOKEN.match(text, position)
         if not match:
-            rest = text[position:].lstrip()
-            raise FormulaError(f"{rest[:20]!r} is not arithmetic: numbers, names, + - * / ^ ( ) are")
+            remainder = text[position:].lstrip()
+            raise FormulaError(f"{remainder[:20]!r} is not arithmetic: numbers, names, + - * / ^ ( ) are")
         tokens.append((str(match.lastgroup), match[str(match.lastgroup)]))
         position = match.end()
     if not tokens:
@@ -357,6 +380,7 @@ def _tokens(text: str) -> list[tuple[str, str]]:
 
 
 def _exact(text: str) -> Fraction:
+    """Return a number exactly; raises `FormulaError` for one out of the range of double precision."""
     size = float(text)
     mantissa = re.split("[eE]", text)[0]
     if not math.isfinite(size) or (size == 0.0 and re.search("[1-9]", mantissa)):

@@ -17,6 +17,7 @@ Vector3 = tuple[Formula, Formula, Formula]
 Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
+TURNS = ("roll", "pitch", "yaw")
 USUAL_ROUNDING = 50
 """Part of a backlash that rounds its edges, unless a rounding is given."""
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
@@ -40,7 +41,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Body:
-    """Inertial parameters of one body, in its own frame.
+    """Inertial parameters of a body, in its own frame.
 
     `inertia` holds XX XY XZ YY YZ ZZ (tensor entries, kg m2). With `central` False, as in the
     paper, they are about the origin of the frame and `moments` are the first moments MX MY MZ
@@ -81,7 +82,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Spring:
-    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd.
+    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd; a motor may have a spring beside it.
 
     With a `backlash` it exerts nothing while |q - neutral| is below backlash/2, over edges that `rounding` smooths.
     """
@@ -89,7 +90,8 @@ class Spring:
     stiffness: Formula = column(
         Dimension.STIFFNESS, "springs", "k", symbol="k", tunable=True,
         meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd; it may hold joint "
-        "variables x, on which the spring then exerts -(dk/dx) (q - neutral)^2/2 as well", example="4.0e5"
+        "variables x, on which the spring then exerts -(dk/dx) (q - neutral)^2/2 as well; on a motor, a constant: that "
+        "of a spring in parallel with it", example="4.0e5"
     )  # fmt: skip
     damping: Formula = column(
         Dimension.DAMPING, "springs", "damping", symbol="d", tunable=True, meaning="damping of the spring",
@@ -139,7 +141,8 @@ class Friction:
     )  # fmt: skip
     stribeck: Formula = column(
         Dimension.CREEP, "friction", "stribeck", title="Stribeck velocity", symbol="vb",
-        meaning="velocity at which half of static - coulomb is left", example="0.01"
+        meaning="velocity at which half of static - coulomb is left: 0.83 of "
+        "the vs of a law exp(-(v/vs)^2), 0.69 of that of exp(-v/vs)", example="0.01"
     )  # fmt: skip
     load: Formula = column(
         Dimension.SHARE, "friction", "load", title="load friction", symbol="mu",
@@ -159,6 +162,11 @@ class Friction:
         Dimension.SHARE, "friction", "breakaway", symbol="zb", title="breakaway",
         meaning="part of its largest deflection up to which the bristle is elastic, so that loads do not make the "
         "joint drift; 0: it always slips, as of LuGre", example="0.7", default="0.7"
+    )  # fmt: skip
+    ball: Formula = column(
+        Dimension.ANGULAR_DAMPING, "friction", "ball", title="ball damping", symbol="Fw", tunable=True,
+        meaning="damping c of the ball joint of this row and the two before it, revolute ones: moments -c w against "
+        "the angular velocity w between the body before the three and this one", example="0.05"
     )  # fmt: skip
 
 
@@ -269,7 +277,7 @@ class Joint:
     rotor_inertia: Formula = column(
         Dimension.ROTOR_INERTIA, "motors", "IA", symbol="Ia", tunable=True,
         meaning="inertia of the rotor reflected to the joint: its own times the square of the gear ratio; on a coupled "
-        "joint it turns with that joint, and is counted beside the body of the row", example="1.2"
+        "joint it turns with that joint, and is added to the body of the row", example="1.2"
     )  # fmt: skip
     ratio: Formula = column(
         *(Dimension.RATIO, "motors", "ratio"),
@@ -289,7 +297,7 @@ class Joint:
 
     @property
     def selected(self) -> Formula:
-        """The offset in the cell that sigma selects: r where the joint is prismatic, else theta."""
+        """The formula in the cell that sigma selects: r of a prismatic joint, else theta."""
         return self.r if self.sigma == 1 else self.theta
 
     def with_selected(self, formula: Formula) -> Joint:
@@ -298,7 +306,7 @@ class Joint:
 
     @property
     def reflected_inertia(self) -> Formula:
-        """Inertia of the rotor as the joint feels it: its own times the square of the ratio where one is given."""
+        """Inertia of the rotor reflected to the joint: times the square of its ratio."""
         if self.ratio.is_zero or self.rotor_inertia.is_zero:
             return self.rotor_inertia
         text = f"({self.ratio})^2*({self.rotor_inertia})"
@@ -306,25 +314,30 @@ class Joint:
 
     @property
     def reflected(self) -> Joint:
-        """The joint with its motor as it feels it: numbers of the rotor's own axis times the ratio or its square."""
+        """The joint with its motor reflected: numbers of the rotor's axis times the ratio or its square."""
         electrics, cogging = self.reflected_electrics, self.reflected_cogging
         return replace(self, rotor_inertia=self.reflected_inertia, electrics=electrics, cogging=cogging)
 
     @property
     def reflected_electrics(self) -> Electrics:
-        """The winding as the joint feels it: its constants times the ratio where one is given."""
+        """The winding reflected to the joint: its constants times the ratio."""
         return replace(self.electrics, **self._times_ratio(self.electrics, ("torque_constant", "back_emf")))
 
     @property
+    def has_spring(self) -> bool:
+        """Whether a spring acts on its variable: on an elastic joint, or in parallel with a motor."""
+        return self.kind is Kind.ELASTIC or (self.kind is Kind.MOTOR and not self.spring.stiffness.is_zero)
+
+    @property
     def reflected_cogging(self) -> Cogging:
-        """Cogging by the joint's own position: its amplitude and order times the ratio where one is given."""
+        """Cogging by the joint's position: amplitude and order times the ratio."""
         return replace(self.cogging, **self._times_ratio(self.cogging, ("amplitude", "order")))
 
     def _times_ratio(self, owner: object, keys: tuple[str, ...]) -> dict[str, Formula]:
-        known = {key: getattr(owner, key) for key in keys if not self.ratio.is_zero}
+        cells = {key: getattr(owner, key) for key in keys if not self.ratio.is_zero}
         return {
             key: Formula(f"({self.ratio})*({x})", ("*", self.ratio.tree, x.tree))
-            for key, x in known.items()
+            for key, x in cells.items()
             if not x.is_zero
         }
 
@@ -342,3 +355,22 @@ class Joint:
     def force_unit(self) -> str:
         """Unit of the generalized force: N where the joint is prismatic, else N m."""
         return FORCE.of(int(self.sigma == 1))
+
+
+@dataclass(frozen=True)
+class NamedFrame:
+    """A frame fixed to the body of a row, or to frame 0 where `on` is empty: a link of a robot, a site, a tool.
+
+    Its placement in the row's frame is Trans(at) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), m and rad.
+    """
+
+    name: str
+    on: str = ""
+    at: Vector3 = column(
+        *(Dimension.LENGTH, "frames", "", AXES), meaning="its origin, in axes of the row's frame", example="[0, 0, 0.1]"
+    )
+    rpy: Vector3 = column(
+        *(Dimension.ANGLE, "frames", "", TURNS),
+        meaning="its axes: those of the row turned about x, then about y, then about z, all axes of the row's frame",
+        example='[0, "pi/2", 0]',
+    )

@@ -29,7 +29,7 @@ def named_entries(joint: Joint) -> dict[str, str]:
 
 
 class ParameterLabels:
-    """Labels for one machine, none of which is the name of another of its quantities.
+    """Labels for one machine, distinct from the names of its other quantities.
 
     `taken` are the names of its parameters, joint variables and joints.
     """

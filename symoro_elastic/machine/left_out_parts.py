@@ -1,4 +1,4 @@
-"""A machine without some of its parts, for formats that have none."""
+"""A machine without some of its parts, for formats that cannot hold them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import with_held_joints
-from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
 ROTORS, SPRINGS, LOOPS = "rotors", "springs", "loops"
 WRENCHES, BACKLASH, CREEP, SHARING, COGGING = "wrenches", "backlash", "creep", "sharing", "cogging"
-PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, BACKLASH, CREEP, SHARING, COGGING)
+BALL = "ball"
+PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, BACKLASH, CREEP, SHARING, COGGING, BALL)
 """Parts that a machine may be written without."""
 CELLS: dict[str, Callable[[Cell], bool]] = {
     ROTORS: lambda cell: cell.column.section == "motors",
@@ -25,6 +25,7 @@ CELLS: dict[str, Callable[[Cell], bool]] = {
     CREEP: lambda cell: cell.column.section == "friction" and cell.column.key not in ("viscous", "coulomb"),
     SHARING: lambda cell: cell.column.key == "sharing",
     COGGING: lambda cell: cell.column.key.startswith("cogging"),
+    BALL: lambda cell: cell.column.key == BALL,
 }
 """Whether a cell is one of a part."""
 LOST = {
@@ -34,11 +35,12 @@ LOST = {
     CREEP: "what makes dry friction of {} smooth: it jumps at rest",
     SHARING: "the weights by which {} share torques",
     COGGING: "the cogging of {}",
+    BALL: "the damping of the ball joints that end with {}",
 }
 
 
 def without(machine: DescribedMachine, parts: Collection[str]) -> tuple[DescribedMachine, tuple[str, ...]]:
-    """Return the machine without these parts, and a remark for each that names the joints; others stay as they are.
+    """Return the machine without these parts, and a remark with the joints of each; other parts stay.
 
     Without loops their ends are frames, and their passive joints are driven as others are; without springs elastic
     joints are held where these are neutral; without rotors their inertia is lost. Raises `InputError` for elastic
@@ -54,28 +56,28 @@ def without(machine: DescribedMachine, parts: Collection[str]) -> tuple[Describe
     for part, what in LOST.items():
         names = _with_cells_of(machine, part) if part in parts else []
         if names:
-            machine = replace(machine, joints=tuple(_cleared(joint, part) for joint in machine.joints))
+            machine = replace(machine, joints=tuple(_without_part(joint, part) for joint in machine.joints))
             remarks.append(f"left out: {what.format(', '.join(names))}")
     return machine, tuple(remarks)
 
 
 def _without_loops(machine: DescribedMachine) -> tuple[DescribedMachine, list[str]]:
-    """The tree that is left: a cut joint is the frame that meets the other end of its loop."""
+    """The tree without loops: a cut joint becomes the frame that meets the other end of its loop."""
     ends = [
         f"{loop.name} ({machine.joint(loop.cut).name} and {machine.joint(loop.meets).name})" for loop in machine.loops
     ]
     following = {j for j in machine.in_loops if machine.joint(j).kind is Kind.PASSIVE}
     passive = [machine.joint(j).name for j in sorted(following)]
     rows = enumerate(machine.joints, start=1)
-    tree = replace(machine, joints=tuple(_opened(joint, j in following) for j, joint in rows), loops=())
+    tree = replace(machine, joints=tuple(_row_of_tree(joint, j in following) for j, joint in rows), loops=())
     if not ends:
         return machine, []
     remarks = [f"left out: the loops {', '.join(ends)}, which are open: the frames in brackets should meet"]
-    driven = f"joints of these loops without motors are driven as others are: {', '.join(passive)}"
+    driven = f"joints of the loops without motors are driven like others: {', '.join(passive)}"
     return tree, [*remarks, *([driven] if passive else [])]
 
 
-def _opened(joint: Joint, was_passive: bool) -> Joint:
+def _row_of_tree(joint: Joint, was_passive: bool) -> Joint:
     """A row of the tree without loops."""
     if joint.kind is Kind.CUT:
         return replace(joint, kind=Kind.FIXED, sigma=2, variable=None)
@@ -83,25 +85,20 @@ def _opened(joint: Joint, was_passive: bool) -> Joint:
 
 
 def _without_springs(machine: DescribedMachine) -> tuple[DescribedMachine, list[str]]:
-    names = [*dict.fromkeys((*_elastic(machine), *_with_cells_of(machine, SPRINGS)))]
-    machine = with_springs_in_motors(machine)
     elastic = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
-    held = with_held_joints(machine, elastic, "locked")
-    held = replace(held, joints=tuple(_cleared(joint, SPRINGS) for joint in held.joints))
+    names = [*dict.fromkeys((*elastic, *_with_cells_of(machine, SPRINGS)))]
+    locked = with_held_joints(machine, elastic, "locked")
+    locked = replace(locked, joints=tuple(_without_part(joint, SPRINGS) for joint in locked.joints))
     what = f"left out: the springs of {', '.join(names)}; elastic joints are fixed where these are neutral"
-    return held, [what] if names else []
-
-
-def _elastic(machine: Machine) -> list[str]:
-    return [joint.name for joint in machine.joints if joint.kind is Kind.ELASTIC]
+    return locked, [what] if names else []
 
 
 def _with_cells_of(machine: Machine, part: str) -> list[str]:
-    """Names of joints that have numbers of a part."""
-    return [joint.name for joint in machine.joints if _cleared(joint, part) != joint]
+    """Names of joints with a number of a part."""
+    return [joint.name for joint in machine.joints if _without_part(joint, part) != joint]
 
 
-def _cleared(joint: Joint, part: str) -> Joint:
+def _without_part(joint: Joint, part: str) -> Joint:
     def change(cell: Cell, formula: Formula) -> Formula:
         return cell.column.default if CELLS[part](cell) else formula
 

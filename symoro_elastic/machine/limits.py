@@ -1,6 +1,6 @@
-"""Limits of a machine: ranges of the positions, velocities, accelerations and torques of its joints, of its parameters.
+"""Limits of a machine: ranges of joint positions, velocities, accelerations and torques, and of parameters.
 
-They are what a file says beside mechanics: no model depends on them.
+They are entries of a file besides mechanics: no model depends on them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ TORQUE = "torque"
 
 @dataclass(frozen=True)
 class Range:
-    """A range of a quantity, its ends among it, in SI units; raises `ValueError` where it is none."""
+    """A range of a quantity, ends included, in SI units; raises `ValueError` for reversed or infinite ends."""
 
     low: float
     high: float
@@ -27,17 +27,17 @@ class Range:
             raise ValueError(reason)
 
     def __contains__(self, x: float) -> bool:
-        """Whether a number is in the range; NaN is not."""
+        """Whether a number is in the range; never for NaN."""
         return self.low <= x <= self.high
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether zero is its middle."""
+        """Whether the range is symmetric about zero."""
         return self.low == -self.high
 
 
 def why_no_range(low: float, high: float) -> str:
-    """Return why two numbers are not the ends of a range; empty where they are."""
+    """Return why two numbers do not form a range; empty if they do."""
     for x in (low, high):
         if not math.isfinite(x):
             return f"{x} is not finite: a range has two finite ends, leave out what has no limit"
@@ -45,7 +45,7 @@ def why_no_range(low: float, high: float) -> str:
 
 
 def range_of(low: float, high: float, far: float = math.inf) -> Range | None:
-    """Return the range between two numbers; None where it has no room, or an end is not within `far`."""
+    """Return the range between two numbers; None for an empty one, or an end not within `far`."""
     return Range(low, high) if low < high and max(-low, high) < far else None
 
 
@@ -59,11 +59,11 @@ class JointLimits:
     torque: Range | None = None
 
     def __bool__(self) -> bool:
-        """Whether anything is limited."""
+        """Whether any quantity is limited."""
         return any(getattr(self, name) is not None for name in LIMITED)
 
 
-LIMITED = tuple(each.name for each in fields(JointLimits))
+LIMITED = tuple(field.name for field in fields(JointLimits))
 """The limited quantities of a joint: position, velocity, acceleration, torque."""
 UNITS = {
     "position": ("rad", "m"),
@@ -76,17 +76,17 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of joints by joint name, ranges of parameters by parameter name; what is not limited is not in them."""
+    """Limits of joints by joint name, ranges of parameters by parameter name; unlimited ones are absent."""
 
     joints: Mapping[str, JointLimits] = field(default_factory=dict)
     parameters: Mapping[str, Range] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Whether there are any."""
+        """Whether there is any limit."""
         return bool(self.joints or self.parameters)
 
     def of(self, joint: str) -> JointLimits:
-        """Return the limits of a joint, which has none where it is not named."""
+        """Return the limits of a joint, empty ones for a joint without entry."""
         return self.joints.get(joint, JointLimits())
 
 
@@ -111,14 +111,13 @@ def unit_of(quantity: str, joint: Joint) -> str:
 
 
 def within_machine(limits: Limits, machine: Machine) -> Limits:
-    """Return the limits of what a machine still has: joints that move by themselves, and parameters with a value."""
-    found = {joint.name: _allowed(limits.of(joint.name), machine, j) for j, joint in enumerate(machine.joints, start=1)}
+    """Return the limits of what is still in a machine: independent joints, and parameters with a value."""
+    allowed = {}
+    for j, joint in enumerate(machine.joints, start=1):
+        excluded = {name: None for name in LIMITED if why_unlimited(machine, j, name)}
+        allowed[joint.name] = replace(limits.of(joint.name), **excluded)
     valued = {parameter.name for parameter in machine.parameters if parameter.value is not None}
     return Limits(
-        {name: one for name, one in found.items() if one},
-        {name: one for name, one in limits.parameters.items() if name in valued},
+        {name: limit for name, limit in allowed.items() if limit},
+        {name: interval for name, interval in limits.parameters.items() if name in valued},
     )
-
-
-def _allowed(limits: JointLimits, machine: Machine, j: int) -> JointLimits:
-    return replace(limits, **{name: None for name in LIMITED if why_unlimited(machine, j, name)})

@@ -10,7 +10,7 @@ from symoro_elastic.machine.formula import Formula
 
 
 class Closing(StrEnum):
-    """What of the two frames at a cut joint meets."""
+    """Components of the two frames at a cut joint that coincide."""
 
     FRAME = "frame"
     POINT = "point"

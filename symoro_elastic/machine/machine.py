@@ -23,6 +23,7 @@ from symoro_elastic.machine.joints import (
     Inertia6,
     Joint,
     Kind,
+    NamedFrame,
     Spring,
     Vector3,
     Wrench,
@@ -44,6 +45,7 @@ __all__ = [
     "KnownOfBase",
     "Loop",
     "Machine",
+    "NamedFrame",
     "Orientation",
     "Parameter",
     "Spring",
@@ -113,23 +115,34 @@ class Floating:
     """A base that is a body with six degrees of freedom; frame 0 is its frame.
 
     Its orientation, its velocity and what is `known` of its motion are arguments of the models;
-    gravity is then given in the axes of the world.
+    gravity is then given in the axes of the world. What is around it opposes its velocity by
+    -linear_damping v and -angular_damping w.
     """
 
     orientation: Orientation = Orientation.ROTATION
     known: KnownOfBase = KnownOfBase.WRENCH
     body: Body = Body()
+    linear_damping: Formula = column(
+        *(Dimension.LINEAR_DAMPING, "base", ""),
+        meaning="force against the velocity of the origin of a floating base, in proportion",
+        example="0.1",
+    )
+    angular_damping: Formula = column(
+        *(Dimension.ANGULAR_DAMPING, "base", ""),
+        meaning="moment against the angular velocity of a floating base, in proportion",
+        example="0.02",
+    )
 
 
 @dataclass(frozen=True, repr=False)
 class Machine(Shown):
     """A tree of bodies joined by motors, springs, passive and coupled joints and fixed frames, closed by `loops`.
 
-    It is mechanics only: what a file asks of it, and where it came from, stand in a `DescribedMachine`.
+    It is mechanics only: what a file asks of it, and where it came from, are in a `DescribedMachine`.
     `joint(j)` is row j of the table. Where it `is_grouped`, its inertial parameters are base parameters, which are
     not those of physical bodies. `static` are the rows, by number, of springs that are left out of the motion, as they
-    are when they deflect; `forces` the frames, and points of them, on which wrenches act that its models take as
-    arguments. `source` is the file that messages name.
+    are when they deflect; `forces` the frames, and points of them, with wrenches that its models have as
+    arguments; `frames` those that have a name and no row. `source` is the file that messages name.
     """
 
     name: str
@@ -142,11 +155,12 @@ class Machine(Shown):
     is_grouped: bool = False
     static: dict[int, Joint] = field(default_factory=dict)
     forces: tuple[RequestedPart, ...] = ()
+    frames: tuple[NamedFrame, ...] = ()
 
     @property
     def headline(self) -> str:
         """Its name, and how many joints and motors it has."""
-        counts = {"coordinate": len(self.independent), "motor": len(self.motors), "spring": len(self.elastic)}
+        counts = {"coordinate": len(self.independent), "motor": len(self.motors), "spring": len(self.sprung)}
         counts |= {"row": len(self.joints), **({"loop": len(self.loops)} if self.loops else {})}
         numbered = (f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items())
         return f"Machine {self.name}: {', '.join(numbered)}"
@@ -176,6 +190,29 @@ class Machine(Shown):
         """The body of a base that moves freely; none where the base is fixed."""
         return (self.floating.body,) if self.floating else ()
 
+    @cached_property
+    def has_inertia(self) -> bool:
+        """Whether any body or rotor has mass or inertia; without them only geometry and kinematics matter."""
+        bodies = (*(joint.body for joint in self.joints), *self.free_bodies)
+        weights = (cell for body in bodies for cell in (body.mass, *body.moments, *body.inertia))
+        rotors = (joint.rotor_inertia for joint in self.joints)
+        return not all(cell.is_zero for cell in (*weights, *rotors))
+
+    @property
+    def gravity_in_words(self) -> str:
+        """The acceleration of gravity, m/s2, and the axes that it is given in."""
+        gravity = self.base.gravity
+        if all(x.is_zero for x in gravity):
+            return "no gravity"
+        where = "axes of the world" if self.floating else "frame 0"
+        return f"gravity: {', '.join(map(str, gravity))} m/s2 in {where}"
+
+    @property
+    def damping_of_base(self) -> tuple[Formula, ...]:
+        """Damping of the six velocities of a base that moves freely, linear ones first; none where it is fixed."""
+        floating = self.floating
+        return (*(floating.linear_damping,) * 3, *(floating.angular_damping,) * 3) if floating else ()
+
     @property
     def degrees_of_base(self) -> int:
         """Degrees of freedom of the base: 6 or 0."""
@@ -187,7 +224,7 @@ class Machine(Shown):
         owners: list[tuple[str, Joint | Body]] = [(joint.name, joint) for joint in self.joints]
         owners += [("base", body) for body in self.free_bodies]
         named = ((name, owner, tuple(pair for pair in cells(owner) if pair[1].names)) for name, owner in owners)
-        return tuple(one for one in named if one[2])
+        return tuple(entry for entry in named if entry[2])
 
     @cached_property
     def dependent(self) -> tuple[int, ...]:
@@ -213,10 +250,10 @@ class Machine(Shown):
 
     @cached_property
     def not_started(self) -> tuple[int, ...]:
-        """Numbers of the joints of loops with a start that no start gives: these are found."""
-        given = {name for loop in self.loops for name in loop.start}
-        begun = {j for loop in self.loops if loop.start for j in self.with_variable_in(loop)}
-        return tuple(j for j in sorted(begun) if self.joint(j).variable not in given)
+        """Numbers of the joints of loops with a start that the start does not give: they are solved for."""
+        started = {name for loop in self.loops for name in loop.start}
+        in_started_loops = {j for loop in self.loops if loop.start for j in self.with_variable_in(loop)}
+        return tuple(j for j in sorted(in_started_loops) if self.joint(j).variable not in started)
 
     @cached_property
     def in_loops(self) -> frozenset[int]:
@@ -225,7 +262,7 @@ class Machine(Shown):
 
     @cached_property
     def antecedents(self) -> tuple[int, ...]:
-        """Antecedent of each row."""
+        """Antecedent of the rows."""
         return tuple(joint.antecedent for joint in self.joints)
 
     @cached_property
@@ -234,12 +271,12 @@ class Machine(Shown):
         return {str(self.joint(j).variable): j for j in self.with_variable}
 
     def by_variable(self, by_joint: Mapping[int, T]) -> dict[str, T]:
-        """What belongs to joint coordinates, by their names instead of the numbers of their joints."""
+        """Return values of joint coordinates by joint name instead of joint number."""
         return {str(self.joint(j).variable): x for j, x in by_joint.items()}
 
     @cached_property
     def is_coupled(self) -> bool:
-        """Whether joints depend on the variables of others: by their cells, or through loops."""
+        """Whether joints depend on other joints' variables: by their cells, or through loops."""
         if self.loops or any(joint.kind is Kind.COUPLED for joint in self.joints):
             return True
         return any(not self.variables.keys().isdisjoint(joint.selected.names) for joint in self.joints)
@@ -253,6 +290,18 @@ class Machine(Shown):
     def elastic(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints, in table order."""
         return self._numbers_of(Kind.ELASTIC)
+
+    @cached_property
+    def sprung(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints that have springs, in table order: elastic ones, and motors with one."""
+        return tuple(j for j in self.with_variable if self.joint(j).has_spring)
+
+    def ball(self, j: int) -> tuple[int, ...]:
+        """Numbers (from 1) of three successive revolute joints that end with joint j; empty for others."""
+        rows = [j]
+        while len(rows) < 3 and rows[0]:
+            rows.insert(0, self.joint(rows[0]).antecedent)
+        return tuple(rows) if rows[0] and all(k in self.articulated and not self.joint(k).sigma for k in rows) else ()
 
     @cached_property
     def bristles(self) -> tuple[int, ...]:

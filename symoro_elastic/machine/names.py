@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 
 from symoro_elastic.foundation.errors import some_of
+from symoro_elastic.foundation.file_forms import DEVICE
 from symoro_elastic.quantities import is_intermediate, words
 
 MAX_NAME = 63
@@ -22,8 +24,8 @@ Reasons = Mapping[str, str]
 NONE: Reasons = MappingProxyType({})
 IN_USE = "generated code uses this name"
 
-IMPORTED = _words("math np numpy")
-"""Modules that generated Python imports: no machine is called so."""
+MODULES = sys.stdlib_module_names | _words("np numpy setup setuptools pip conftest test tests symoro_elastic")
+"""Modules that a generated package of this name would hide from all that imports them, numpy for one."""
 FORMULA = _words("pi Pi sin cos tan sqrt atan2 nan inf NaN Inf infinity")
 MACROS_OF_COMPILERS = _words("near far huge interrupt linux unix main")
 """Reserved words that may begin names, as `far_direct_dynamics` does."""
@@ -37,30 +39,34 @@ _MACRO = re.compile(
 )
 
 
-def why_reserved(name: str, taken: Reasons = NONE) -> str | None:
+def why_reserved(name: str, reserved: Reasons = NONE) -> str | None:
     """Reason why `name` is not a valid name of a parameter or joint variable; None if valid.
 
-    `taken` holds names that models give to what they generate, and words of the languages of targets.
+    `reserved` holds names that models give to what they generate, and words of the languages of targets.
     """
     if reason := _why_no_word(name):
         return reason
-    if name in taken:
-        return taken[name]
+    if name in reserved:
+        return reserved[name]
     return LIBRARY if _MACRO.fullmatch(name) else _why_in_use(name)
 
 
-def why_no_joint(name: str, taken: Reasons = NONE) -> str | None:
+def why_no_joint(name: str, reserved: Reasons = NONE) -> str | None:
     """Reason why `name` is not a valid name of a joint, which generated code has in texts and comments only."""
     if name == ALL_JOINTS:
         return "options use this name for all joints"
-    in_use = IN_USE if taken.get(name) == IN_USE else None
+    in_use = IN_USE if reserved.get(name) == IN_USE else None
     return _why_no_word(name) or in_use or _why_in_use(name)
 
 
-def why_no_machine(name: str, taken: Reasons = NONE) -> str | None:
+def why_no_machine(name: str, reserved: Reasons = NONE) -> str | None:
     """Reason why `name` is not a valid name of a machine, with which names in generated code begin."""
-    words = {**taken, **dict.fromkeys(IMPORTED, IN_USE)}
-    return why_reserved(name, {word: reason for word, reason in words.items() if word not in MACROS_OF_COMPILERS})
+    words = {word: reason for word, reason in reserved.items() if word not in MACROS_OF_COMPILERS}
+    if reason := why_reserved(name, words):
+        return reason
+    if DEVICE.fullmatch(name):
+        return "Windows has a device of this name, and no file"
+    return "Python has a module of this name, which the generated package would hide" if name in MODULES else None
 
 
 def _why_no_word(name: str) -> str | None:
@@ -79,25 +85,25 @@ def _why_in_use(name: str) -> str | None:
     return "generated code names an intermediate quantity so" if is_intermediate(name) else None
 
 
-def free_name(name: str, taken: Reasons = NONE) -> str:
-    """A valid name, of whatever it is, like one that is not valid."""
+def free_name(name: str, reserved: Reasons = NONE) -> str:
+    """A valid name similar to an invalid one."""
     stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")[: MAX_NAME - 3] or "x"
     stem = stem if stem[0].isalpha() else f"x{stem}"
     candidates = (stem, f"{stem}_", f"{stem}1", f"my_{stem}", f"my_{stem}_1")
-    return next((found for found in candidates if why_reserved(found, taken) is None), "x1")
+    return next((candidate for candidate in candidates if why_reserved(candidate, reserved) is None), "x1")
 
 
-def distinct(name: str, taken: Collection[str]) -> str:
-    """The name, with underscores behind it where it is taken."""
-    while name in taken:
+def distinct(name: str, used: Collection[str]) -> str:
+    """The name, with underscores appended while it is in use."""
+    while name in used:
         name += "_"
     return name
 
 
 def quote(text: object) -> str:
     """`text` for a one-line message: escaped, quoted, at most 60 characters."""
-    whole = str(text)
-    return repr(whole if len(whole) <= 60 else whole[:57] + "...")
+    written = str(text)
+    return repr(written if len(written) <= 60 else written[:57] + "...")
 
 
 def list_of_names(names: Iterable[object]) -> str:
@@ -105,9 +111,9 @@ def list_of_names(names: Iterable[object]) -> str:
     return some_of([quote(name) for name in names])
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: str, choices: Iterable[str]) -> str:
     """The end of a message about an unknown name: the closest known one, else all if they are few."""
-    names = sorted({str(other) for other in known})
+    names = sorted({str(other) for other in choices})
     cutoff = 0.5 if len(name) <= 3 else 0.6
     close = difflib.get_close_matches(name[:MAX_NAME], names, n=1, cutoff=cutoff) if len(names) <= 5000 else []
     if not close:

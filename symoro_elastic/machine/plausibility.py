@@ -10,8 +10,8 @@ from symoro_elastic.machine.format_names import is_robot
 from symoro_elastic.machine.formula import Formula, Tree
 from symoro_elastic.machine.joints import Friction
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.rounded_angles import ANGLES, multiple_of_pi
 
-ANGLES = ("gamma", "alpha", "theta")
 ROUNDING = 1e-9
 NEARLY_A_TURN = 1e-3
 FAST = 1e4
@@ -23,40 +23,62 @@ Matrix = list[list[float]]
 def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     """Warnings about implausible numbers, one line each; formulas over names without value are skipped."""
     lines = [f"base: {line}" for body in machine.free_bodies for line in _inertia(body, values)]
+    impossible: list[str] = []
     for j, joint in enumerate(machine.joints, start=1):
-        inertia = () if machine.is_grouped else _inertia(joint.body, values)
-        found = (
+        inertia = [] if machine.is_grouped or _turns_in_plane(machine, j, values) else [*_inertia(joint.body, values)]
+        impossible += [f"joint {j} ({joint.name}): {line}" for line in inertia]
+        doubts = (
             *_angles(joint, values),
-            *inertia,
             *_without_effect(joint, values),
             *_doubled_rotor(joint),
             *_rotor_of_a_sum(machine, joint),
             *_gears(machine, joint, values),
         )
-        lines += [f"joint {j} ({joint.name}): {line}" for line in found]
+        lines += [f"joint {j} ({joint.name}): {line}" for line in doubts]
+    more = f"; {len(impossible) - 1} more bodies like this" if len(impossible) > 1 else ""
+    lines = [*(f"{line}{more}" for line in impossible[:1]), *lines]
     return [*lines, *_off_quarter_turns(machine, values), *_moving_nothing(machine, values), *_starts(machine, values)]
+
+
+def _turns_in_plane(machine: Machine, j: int, values: Mapping[str, float]) -> bool:
+    """Whether body j turns about its axis z only, or not at all: then no other moment of inertia acts."""
+    if machine.floating or any(not x.is_zero for x in machine.base.angular_velocity):
+        return False
+    rows: list[Joint] = []
+    while j:
+        rows.insert(0, machine.joint(j))
+        j = machine.joint(j).antecedent
+    has_turned = False
+    for row in rows:
+        alpha = row.alpha.known_value(values)
+        if has_turned and (alpha is None or abs(math.sin(alpha)) > ROUNDING):
+            return False
+        has_turned = has_turned or row.sigma == 0
+    return True
 
 
 def _off_quarter_turns(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
     """One line about all angles that are nearly, but not quite, quarter turns."""
-    found = [
-        (f"joint {j} ({joint.name})", *one)
+    angles = [
+        (f"joint {j} ({joint.name})", *cell)
         for j, joint in enumerate(machine.joints, start=1)
-        for one in _nearly_quarters(joint, values)
+        for cell in _nearly_quarters(joint, values)
     ]
-    if not found:
+    if not angles:
         return
-    most = f"{max(abs(off) for _, _, off, _ in found):.2g}"
+    largest = max(abs(off) for _, _, off, _ in angles)
+    most, power = f"{largest:.2g}", math.ceil(math.log10(largest))
+    way_out = f"convert with --snap 1e{power} rounds them"
     if is_robot(machine.source):
-        count = f"{len(found)} angles are" if len(found) > 1 else "an angle is"
-        yield f"{count} up to {most} rad off quarter turns: taken as written; convert with --snap rounds them"
-    elif len(found) == 1:
-        ((place, written, off, turn),) = found
+        count = f"{len(angles)} angles are" if len(angles) > 1 else "an angle is"
+        yield f"{count} up to {most} rad off quarter turns: taken as written; {way_out}"
+    elif len(angles) == 1:
+        ((place, written, off, turn),) = angles
         yield f"{place}: {written} is {off:.2g} rad off {turn}: taken as written; write {turn} if meant"
     else:
-        cells = ", ".join(f"{place} {written.partition(' ')[0]}" for place, written, _, _ in found)
-        what = f"taken as written; write multiples of pi/2 if meant: {cells}"
-        yield f"{len(found)} angles are up to {most} rad off quarter turns, {what}"
+        cells = ", ".join(f"{place} {written.partition(' ')[0]}" for place, written, _, _ in angles)
+        what = f"taken as written; write multiples of pi/2 if meant, or {way_out}: {cells}"
+        yield f"{len(angles)} angles are up to {most} rad off quarter turns, {what}"
 
 
 def _nearly_quarters(joint: Joint, values: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
@@ -70,7 +92,7 @@ def _nearly_quarters(joint: Joint, values: Mapping[str, float]) -> Iterator[tupl
         exact = turns * math.pi / 2
         ulps = 8 if _holds_pi(formula.tree) else 1
         if ulps * math.ulp(exact) < abs(angle - exact) < NEARLY_A_TURN:
-            yield f"{key} = {formula}", angle - exact, _quarters(turns)
+            yield f"{key} = {formula}", angle - exact, multiple_of_pi(Fraction(turns, 2))
 
 
 def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
@@ -96,18 +118,11 @@ def _starts(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
 
 
 def _from_degrees(angle: float) -> str:
-    """The question whether an angle is meant in degrees, with the same in rad where it is simple."""
+    """Return the question whether an angle is in degrees, with its value in rad if that is simple."""
     part = Fraction(angle / 180).limit_denominator(360)
     if part.denominator > 36 or abs(angle - float(180 * part)) > 1e-9:
         return ": degrees? divide by 180 and write *pi"
-    above = ("-" if part < 0 else "") + ("pi" if abs(part.numerator) == 1 else f"{abs(part.numerator)}*pi")
-    return f": degrees? write {above}" + (f"/{part.denominator}" if part.denominator > 1 else "")
-
-
-def _quarters(turns: int) -> str:
-    if turns % 2 == 0:
-        return {0: "0", 2: "pi", -2: "-pi"}.get(turns, f"{turns // 2}*pi")
-    return {1: "pi/2", -1: "-pi/2"}.get(turns, f"{turns}*pi/2")
+    return f": degrees? write {multiple_of_pi(part)}"
 
 
 def _holds_pi(tree: Tree) -> bool:
@@ -116,10 +131,10 @@ def _holds_pi(tree: Tree) -> bool:
 
 def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
     numbers = [formula.known_value(values) for formula in (body.mass, *body.moments, *body.inertia)]
-    known = [number for number in numbers if number is not None]
-    if len(known) < len(numbers) or not any(known):
+    entries = [number for number in numbers if number is not None]
+    if len(entries) < len(numbers) or not any(entries):
         return
-    mass, moments, tensor = known[0], known[1:4], known[4:]
+    mass, moments, tensor = entries[0], entries[1:4], entries[4:]
     if mass == 0 and not _turns_only(moments, tensor):
         yield "without mass there can be no " + ("inertia" if any(tensor) else "first moments")
     if mass == 0:
@@ -141,12 +156,12 @@ def _turns_only(first_moments: list[float], tensor: list[float]) -> bool:
 
 
 def _principal(moments: list[float], rounding: float) -> Iterator[str]:
-    shown = ", ".join(f"{moment:.6g}" for moment in moments)
-    said = f"no body has the principal moments {shown} kg m2 about its centre of mass"
+    listed = ", ".join(f"{moment:.6g}" for moment in moments)
+    subject = f"principal moments {listed} kg m2 about the centre of mass"
     if moments[0] < -rounding:
-        yield f"{said}: {moments[0]:.6g} is negative"
+        yield f"{subject}: {moments[0]:.6g} is negative"
     elif moments[2] > moments[0] + moments[1] + rounding:
-        yield f"{said}: {moments[2]:.6g} is more than the sum of the other two (triangle inequality)"
+        yield f"{subject} violate the triangle inequality: {moments[2]:.6g} exceeds the sum of the other two"
 
 
 def _symmetric(tensor: list[float]) -> Matrix:
@@ -191,7 +206,7 @@ def _moving_nothing(machine: Machine, values: Mapping[str, float]) -> list[str]:
         return []
     lines = []
     for j in machine.motors:
-        masses, inertias = zip(*(bodies[k - 1] for k in _moved(machine, j)), strict=True)
+        masses, inertias = zip(*(bodies[k - 1] for k in _bodies_moved_by(machine, j)), strict=True)
         slides = machine.joint(j).sigma == 1
         if not any(masses) and (slides or not any(inertias)):
             lines.append(f"joint {j} ({machine.joint(j).name}): no body beyond this motor has mass{_or(slides)}")
@@ -204,12 +219,12 @@ def _or(slides: bool) -> str:
 
 def _heaviness(body: Body, values: Mapping[str, float]) -> tuple[bool, bool]:
     """Whether a body has mass, and moments or inertia; formulas without value count as not zero."""
-    mass, *others = (formula.known_value(values) != 0.0 for formula in (body.mass, *body.moments, *body.inertia))
-    return mass, any(others)
+    mass, *inertias = (formula.known_value(values) != 0.0 for formula in (body.mass, *body.moments, *body.inertia))
+    return mass, any(inertias)
 
 
-def _moved(machine: Machine, j: int) -> list[int]:
-    """Numbers of the bodies that joint j moves: those beyond it, beyond joints that follow it, and of its loops."""
+def _bodies_moved_by(machine: Machine, j: int) -> list[int]:
+    """Numbers of the bodies that joint j moves: beyond it, beyond its followers, and in its loops."""
     moved, followed, count = {j}, {j}, 0
     while len(moved) + len(followed) > count:
         count = len(moved) + len(followed)
@@ -237,10 +252,10 @@ def _without_effect(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
 def _gains_energy(law: Friction, values: Mapping[str, float]) -> Iterator[str]:
     """The bound below which friction with a bristle may give energy: Fv > s1 (Fb - Fc)/Fc (D1)."""
     cells = (law.viscous, law.coulomb, law.static, law.bristle_damping)
-    known = [x for cell in cells if (x := cell.known_value(values)) is not None]
-    if law.bristle.is_zero or law.static.is_zero or len(known) < len(cells):
+    numbers = [x for cell in cells if (x := cell.known_value(values)) is not None]
+    if law.bristle.is_zero or law.static.is_zero or len(numbers) < len(cells):
         return
-    viscous, coulomb, static, damping = known
+    viscous, coulomb, static, damping = numbers
     least = damping * (static - coulomb) / coulomb
     if viscous <= least:
         yield f"friction may give energy: viscous = {viscous:g} is not above {least:.4g}, which suffices"
@@ -266,7 +281,7 @@ def _turns(machine: Machine, variable: str) -> bool:
 
 
 def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
-    """The size of the rate at which a formula changes with one name; 0 where that varies or is not known."""
+    """The absolute derivative of a formula by one name; 0 if it varies or has no value."""
     here, there, further = (formula.known_value({**values, name: x}) for x in (0.0, 1.0, 3.0))
     if here is None or there is None or further is None:
         return 0.0
@@ -275,7 +290,7 @@ def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
 
 
 def _doubled_rotor(joint: Joint) -> Iterator[str]:
-    """A coupled joint whose row has the body of a rotor, and a rotor inertia beside it."""
+    """Warnings about a coupled joint whose row has both the body of a rotor and a rotor inertia."""
     XX, XY, XZ, YY, YZ, ZZ = joint.body.inertia
     balanced = XX.tree == YY.tree and all(x.is_zero for x in (XY, XZ, YZ, *joint.body.moments[:2]))
     if joint.kind == Kind.COUPLED and balanced and not (ZZ.is_zero or joint.rotor_inertia.is_zero):

@@ -112,5 +112,5 @@ class PrescribedMotion:
 
     @property
     def path(self) -> Path:
-        """The record: `file`, beside the file in which the motion stands."""
+        """The record: `file`, in the folder of the motion's file."""
         return Path(self.source).parent / self.file

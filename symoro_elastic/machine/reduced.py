@@ -23,7 +23,7 @@ ZZ = 5
 def rotors(machine: Machine) -> tuple[int, ...]:
     """Return the numbers of revolute motors whose body is a rotor: a coaxial elastic joint carries the next body.
 
-    Rotors are also balanced bodies that carry nothing, on joints that are geared: they follow the variables of others,
+    Rotors are also balanced bodies that carry nothing, on joints that are geared: they follow other joints' variables,
     or others follow theirs.
     """
     coaxial = {
@@ -54,7 +54,7 @@ def _is_balanced(body: Body) -> bool:
 
 
 def reduced_model(machine: Machine) -> Machine:
-    """Return Spong's reduced model: the inertia of each rotor about its own axis turns with its joint only.
+    """Return Spong's reduced model: the inertia of rotors about their own axes turns with their joints only.
 
     ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway.
     """
@@ -79,7 +79,7 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
     """
     joints = list(machine.joints)
     for name, ratio in ratios.items():
-        j = _geared(machine, name, ratio)
+        j = _geared_joint(machine, name, ratio)
         joint = joints[j - 1]
         reflected = joint.reflected_inertia
         coupled = f"({reflected}) / ({ratio!r})"
@@ -104,7 +104,7 @@ def rigid(machine: Machine) -> Machine:
     return restrict(machine, Scene(locked=locked))
 
 
-def _geared(machine: Machine, name: str, ratio: float) -> int:
+def _geared_joint(machine: Machine, name: str, ratio: float) -> int:
     source = machine.label
     names = [joint.name for joint in machine.joints]
     if name not in names:
@@ -133,7 +133,7 @@ def _along(joint: Joint, inertia: str) -> dict[int, str]:
 
 
 def _with_inertia(body: Body, added: Mapping[int, str]) -> Body:
-    """Return a body with more inertia, about its centre of mass or its origin alike: its mass stays."""
+    """Return a body with additional inertia about its centre of mass; its mass stays."""
     cells = [_sum(cell, Formula.parse(added[k])) if k in added else cell for k, cell in enumerate(body.inertia)]
     return replace(body, inertia=(cells[0], cells[1], cells[2], cells[3], cells[4], cells[5]))
 

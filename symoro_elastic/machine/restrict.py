@@ -10,7 +10,6 @@ from symoro_elastic.machine.constants import substitute
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Cogging, Electrics
-from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, RequestedPart, Scene
 from symoro_elastic.machine.series_springs import condense
@@ -22,7 +21,7 @@ def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
     """The machine with the joints of the scene held, springs condensed, gravity and numbers left out that it names.
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
-    coupled where its cell holds the variables of others. Static joints are held likewise; `static` of the machine
+    coupled if its cell holds other joints' variables. Static joints are held likewise; `static` of the machine
     has their rows, `forces` those of the frames of the scene. Raises `InputError` for joints that cannot be locked or
     static.
     """
@@ -42,7 +41,7 @@ def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
 
 
 def under_forces(machine: AnyMachine, frames: Iterable[str]) -> AnyMachine:
-    """The machine whose models take the wrenches on these frames, as `RequestedPart` writes them, as arguments."""
+    """The machine whose models have wrenches on some frames, as `RequestedPart` writes them, as arguments."""
     return replace(machine, forces=tuple(map(RequestedPart.parse, dict.fromkeys(frames))))
 
 
@@ -57,11 +56,13 @@ def with_held_joints(machine: AnyMachine, positions: Mapping[str, Formula], key:
     except FormulaError as error:
         raise machine.error(f"scene, {key}", f"{', '.join(locked)}: {error}") from None
     joints = tuple(_still_if_coupled(joint, machine.variables) for joint in joints)
-    return replace(machine, joints=joints, loops=tuple(_unlocked(loop, locked) for loop in machine.loops))
+    starts = [{name: x for name, x in loop.start.items() if name not in locked} for loop in machine.loops]
+    loops = tuple(replace(loop, start=start) for loop, start in zip(machine.loops, starts, strict=True))
+    return replace(machine, joints=joints, loops=loops)
 
 
 def names_to_fold(machine: Machine, scene: Scene) -> tuple[str, ...]:
-    """Names of the parameters that become constants: those asked for, or all that have a value."""
+    """Names of the parameters that become constants: those requested, or all that have a value."""
     if scene.fold == ALL:
         return tuple(p.name for p in machine.parameters if p.value is not None)
     return tuple(scene.fold)
@@ -93,7 +94,7 @@ def _not_lockable(machine: Machine, j: int) -> str:
 
 
 def _with_locked(joint: Joint, locked: Mapping[str, Formula]) -> Joint:
-    """The joint with constants for locked variables: one that is locked itself follows what else its cell holds."""
+    """The joint with constants for locked variables: a locked joint follows the other names in its cell."""
     value = locked.get(str(joint.variable))
     if joint.sigma in SELECTED:
         cell = substitute(joint.selected, locked)
@@ -108,16 +109,11 @@ def _with_locked(joint: Joint, locked: Mapping[str, Formula]) -> Joint:
 
 
 def _still_if_coupled(joint: Joint, variables: Collection[str]) -> Joint:
-    """A fixed frame in place of a coupled joint that follows none of these variables."""
+    """A fixed frame in place of a coupled joint whose formula has no variable left."""
     if joint.kind != Kind.COUPLED or not joint.selected.names.isdisjoint(variables):
         return joint
     bare = replace(joint, friction=Friction(), rotor_inertia=ZERO, ratio=ZERO)
     return replace(bare, kind=Kind.FIXED, sigma=2, electrics=Electrics(), cogging=Cogging())
-
-
-def _unlocked(loop: Loop, locked: Mapping[str, Formula]) -> Loop:
-    """The loop without the start of locked variables."""
-    return replace(loop, start={name: value for name, value in loop.start.items() if name not in locked})
 
 
 def _sum(offset: Formula, value: Formula) -> Formula:

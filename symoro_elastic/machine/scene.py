@@ -24,10 +24,10 @@ Point = tuple[Formula, Formula, Formula]
 
 
 class Parts(Enum):
-    """Parts of a model's results that a scene may ask for.
+    """Parts of a model's results that a scene may request.
 
     None where they belong to the machine as a whole; those of joints; of bodies; of frames, which may be seen from
-    others; of frames and points of them; of these and of single components of their twists.
+    others; frames and their points; also single components of twists.
     """
 
     WHOLE = "whole"
@@ -39,7 +39,7 @@ class Parts(Enum):
 
 
 class Offer(Protocol):
-    """What a scene may ask of a model."""
+    """Requests of a scene that a model accepts."""
 
     @property
     def parts(self) -> Parts:
@@ -59,12 +59,12 @@ class Scene:
     name to the value at which its variable is held; `static` likewise, of springs that are left out of the motion,
     None where they are held at their neutral position; `condense` makes one of springs in series with massless bodies
     between; `zero` are numbers of bodies and rotors and parts of drives that are left out, as `zeroed.py` names them;
-    `forces` are frames on which wrenches act that the models take as arguments; `fold` lists parameters that become
-    constants, or is `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may stand for products
+    `forces` are frames with wrenches as arguments of models; `fold` lists parameters that become
+    constants, or is `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may replace products
     of sines and cosines.
-    `steps` are time steps beside the models, of `TimeStep`. `form` is one of `FORMS`. `within` are tolerances that
+    `steps` are additional time steps, of `TimeStep`. `form` is one of `FORMS`. `within` are tolerances that
     terms are left out within.
-    `source` is the file that the request stands in, where it has one of its own.
+    `source` is the file of the request, if it has its own.
     """
 
     models: tuple[str, ...] = ()
@@ -83,7 +83,7 @@ class Scene:
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        """Raise `ValueError` where only some of the static joints have a position, which no file can say."""
+        """Raise `ValueError` if only some of the static joints have a position, which files cannot express."""
         if None in self.static.values() and any(self.static.values()):
             raise ValueError("give the positions of all static joints, or of none: held_positions completes them")
 
@@ -117,7 +117,7 @@ class RequestedPart:
             raise FormulaError("write one frame in one other")
         name, *at = first.split(AT)
         if len(at) > 1:
-            raise FormulaError("write one point of one frame")
+            raise FormulaError("write a single point of a frame")
         point, place = _point(at[0].strip()) if at else None, seen_from[0].strip() if seen_from else None
         frame, dot, component = name.strip().partition(".")
         if dot and component not in COMPONENTS:

@@ -22,7 +22,7 @@ from typing import Generic
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring, Wrench
+from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring, Wrench
 
 SAME = 1e-12
 TRIALS = 5
@@ -31,7 +31,7 @@ SEED = 20261
 
 @dataclass(frozen=True)
 class Condensed(Generic[AnyMachine]):
-    """A machine with springs in series made one, and a line on each.
+    """A machine with springs in series condensed, and a note on each.
 
     `variables` are the joints whose variables are gone or other ones, `between` those whose frames are at other places.
     """
@@ -56,16 +56,16 @@ class Series:
 
 
 def condense(machine: AnyMachine) -> Condensed[AnyMachine]:
-    """The machine with one spring in place of those in series wherever that is exact."""
-    found = Condensed(machine)
-    while exact := [pair for pair in springs_in_series(found.machine) if not pair.obstacle]:
-        machine, pair = found.machine, exact[0]
+    """The machine with springs in series replaced by one spring wherever that is exact."""
+    condensed = Condensed(machine)
+    while exact := [pair for pair in springs_in_series(condensed.machine) if not pair.obstacle]:
+        machine, pair = condensed.machine, exact[0]
         ends = {machine.joint(j).name for j in (pair.first, pair.last)}
         inner = {machine.joint(j).name for j in (pair.first, *(_massless_rows_beyond(machine, pair.first) or ())[:-1])}
-        found = Condensed(
-            _joined(machine, pair), (*found.notes, _note(machine, pair)), found.variables | ends, found.between | inner
-        )
-    return found
+        notes = (*condensed.notes, _note(machine, pair))
+        machine = _condensed_pair(machine, pair)
+        condensed = Condensed(machine, notes, condensed.variables | ends, condensed.between | inner)
+    return condensed
 
 
 def springs_in_series(machine: Machine) -> Iterator[Series]:
@@ -81,21 +81,18 @@ def springs_in_series(machine: Machine) -> Iterator[Series]:
 
 
 def _massless_rows_beyond(machine: Machine, j: int) -> tuple[int, ...] | None:
-    """Rows from the one that joint j alone carries to the next joint, None where something else is carried."""
+    """Rows from the only one that joint j carries to the next joint; None if another body is carried."""
     rows: list[int] = []
     while True:
         here = rows[-1] if rows else j
         carried = [k for k, antecedent in enumerate(machine.antecedents, start=1) if antecedent == here]
         joint = machine.joint(here)
-        if len(carried) != 1 or not _is_massless(joint.body) or joint.wrench != Wrench():
+        is_massless = all(formula.is_zero for _, formula in cells(joint.body))
+        if len(carried) != 1 or not is_massless or joint.wrench != Wrench():
             return None
         rows.append(carried[0])
         if machine.joint(carried[0]).kind is not Kind.FIXED:
             return tuple(rows)
-
-
-def _is_massless(body: Body) -> bool:
-    return all(formula.is_zero for _, formula in cells(body))
 
 
 def _rotorless(*joints: Joint) -> bool:
@@ -103,7 +100,7 @@ def _rotorless(*joints: Joint) -> bool:
 
 
 def _sign(joint: Joint, sigma: int) -> int:
-    """z of the antecedent times z of a row: 1 or -1, and 0 where axes of this type are not parallel or not one."""
+    """Return the sign of z of the antecedent times z of a row; 0 for axes that are not parallel."""
     if joint.alpha.names or (sigma == 0 and not joint.d.is_zero):
         return 0
     try:
@@ -116,7 +113,7 @@ def _sign(joint: Joint, sigma: int) -> int:
 
 
 def _obstacle(machine: Machine, j: int, k: int) -> str:
-    """Why two springs in series are not one spring; empty where they are."""
+    """Return why two springs in series have no equivalent spring; empty if they have."""
     first, last = machine.joint(j), machine.joint(k)
     variables = {str(first.variable), str(last.variable)}
     for i, joint in enumerate(machine.joints, start=1):
@@ -140,32 +137,32 @@ def _obstacle(machine: Machine, j: int, k: int) -> str:
 
 
 def _is_zero(machine: Machine, formula: Formula) -> bool:
-    given = {p.name: p.value.value() for p in machine.parameters if p.name in formula.names and p.value is not None}
+    values = {p.name: p.value.value() for p in machine.parameters if p.name in formula.names and p.value is not None}
     try:
-        return formula.names <= given.keys() and formula.value(given) == 0.0
+        return formula.names <= values.keys() and formula.value(values) == 0.0
     except FormulaError:
         return False
 
 
 def _in_proportion(machine: Machine, first: Spring, last: Spring) -> bool:
-    """Whether d_j k_k = d_k k_j, whatever the values of the parameters are."""
+    """Whether d_j k_k = d_k k_j for all values of the parameters."""
     if first.damping.is_zero and last.damping.is_zero:
         return True
     source = random.Random(SEED)
     for _ in range(TRIALS):
         values = {p.name: source.uniform(0.5, 1.5) for p in machine.parameters}
         try:
-            one = first.damping.value(values) * last.stiffness.value(values)
+            first_product = first.damping.value(values) * last.stiffness.value(values)
             other = last.damping.value(values) * first.stiffness.value(values)
         except FormulaError:
             return False
-        if not math.isclose(one, other, rel_tol=SAME):
+        if not math.isclose(first_product, other, rel_tol=SAME):
             return False
     return True
 
 
-def _joined(machine: AnyMachine, pair: Series) -> AnyMachine:
-    """The machine with the spring of both at the last joint, the first a fixed frame."""
+def _condensed_pair(machine: AnyMachine, pair: Series) -> AnyMachine:
+    """The machine with both springs condensed at the last joint; the first is a fixed frame."""
     joints = list(machine.joints)
     first, last = machine.joint(pair.first), machine.joint(pair.last)
     joints[pair.first - 1] = replace(first, kind=Kind.FIXED, sigma=2, variable=None, spring=Spring())
@@ -174,7 +171,7 @@ def _joined(machine: AnyMachine, pair: Series) -> AnyMachine:
 
 
 def _spring(first: Spring, last: Spring, sign: int) -> Spring:
-    """One spring in place of two."""
+    """Return the equivalent spring of two in series."""
     both = _operation("+", first.stiffness, last.stiffness)
     stiffness = _operation("/", _operation("*", first.stiffness, last.stiffness), both)
     damping = ZERO
@@ -186,8 +183,8 @@ def _spring(first: Spring, last: Spring, sign: int) -> Spring:
     return Spring(stiffness, damping, neutral)
 
 
-def _operation(sign: str, one: Formula, other: Formula) -> Formula:
-    return Formula(f"({one}) {sign} ({other})", (sign, one.tree, other.tree))
+def _operation(sign: str, first: Formula, second: Formula) -> Formula:
+    return Formula(f"({first}) {sign} ({second})", (sign, first.tree, second.tree))
 
 
 def _note(machine: Machine, pair: Series) -> str:

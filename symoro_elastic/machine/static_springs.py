@@ -1,4 +1,4 @@
-"""Static springs: their joints are held in the motion, and their deflections follow from the reactions there.
+"""Static springs: their joints are locked in the motion, and their deflections follow from the reactions.
 
 Where a spring is much stiffer than the motion is fast, its joint stands still but for q_E = q0_E - Gamma_E / k_E:
 Gamma_E = a . f of [35], [58] is the reaction at the joint, held at a position near its equilibrium.
@@ -20,13 +20,13 @@ Positions = Mapping[str, Formula | None]
 
 
 def held_positions(machine: Machine, static: Positions) -> dict[str, Formula]:
-    """The position of each static joint, rad or m: the one given, else the neutral position of its spring."""
+    """The positions of the static joints, rad or m: requested ones, else the neutral positions of their springs."""
     rows = {joint.name: joint for joint in with_free_springs(machine).joints}
     return {name: rows[name].spring.neutral if x is None else x for name, x in static.items()}
 
 
 def static_rows(machine: Machine, static: Positions) -> dict[int, Joint]:
-    """The rows of static joints as they are before they are held, by number."""
+    """The rows of static joints before they are locked, by number."""
     return {j: joint for j, joint in enumerate(machine.joints, start=1) if joint.name in static}
 
 
@@ -41,7 +41,7 @@ def refuse_static(machine: Machine, scene: Scene) -> None:
     source = scene.source or machine.label
     rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     for name in scene.static:
-        reason = _not_static(machine, rows[name]) if name in rows else "there is no such joint"
+        reason = _not_static(machine, rows[name]) if name in rows else "the machine has no such joint"
         if reason:
             raise InputError(source, f"scene, static, {name}", reason)
 
@@ -61,11 +61,11 @@ def _not_static(machine: Machine, j: int) -> str:
         return f"its spring has no stiffness: give [springs] {joint.name} one, or leave it out of static"
     if not joint.spring.backlash.is_zero:
         return "its spring has backlash: keep it in the motion, or leave backlash out"
-    return without_spring(machine, joint) or _shared(machine, j)
+    return without_spring(machine, joint) or _coupling(machine, j)
 
 
-def _shared(machine: Machine, j: int) -> str:
-    """With which other joints a spring has more in common than the reaction in its own; empty where with none."""
+def _coupling(machine: Machine, j: int) -> str:
+    """Return why the force of a spring is not its joint's reaction alone; empty if it is."""
     joint = machine.joint(j)
     changed_by = joint.spring.stiffness.names & machine.variables.keys()
     if changed_by:
@@ -73,9 +73,6 @@ def _shared(machine: Machine, j: int) -> str:
     for loop in machine.loops:
         if j in machine.around(loop) or j in machine.with_variable_in(loop):
             return f"it is part of loop {loop.name}, whose forces are not part of the reaction: keep it in the motion"
-    followers = [other.name for other in machine.joints if other is not joint and _holds(other, str(joint.variable))]
+    neighbours = (other for other in machine.joints if other is not joint)
+    followers = [x.name for x in neighbours if any(joint.variable in formula.names for _, formula in cells(x))]
     return f"{', '.join(followers)} follows its variable: keep it in the motion" if followers else ""
-
-
-def _holds(joint: Joint, variable: str) -> bool:
-    return any(variable in formula.names for _, formula in cells(joint))

@@ -1,4 +1,4 @@
-"""A machine in print: the table of geometric parameters, that of bodies, and that of limits."""
+"""Tables of a machine: geometric parameters, bodies, named frames, limits, drives."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.quantities.frames import BASE
 
 CASCADE = "cascade"
 IDLE = re.compile(r"(?<!\w)\(([\w.]+(?:(?<=e)-\d+)?)\)")
@@ -24,21 +25,25 @@ BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 @parts_of.register
 def _(machine: Machine) -> list[Part]:
     """Return the table of geometric parameters, and the values of named parameters."""
-    limited = limits_table(machine, "limits")
-    driven = drives_table(machine, "drives")
-    tables = [machine_table(machine, machine.name), *(one for one in (limited, driven) if one.rows)]
-    return [machine.headline, *tables, *parameter_lines(machine)]
+    return [machine.headline, machine_table(machine, machine.name), *other_tables(machine), *parameter_lines(machine)]
+
+
+def other_tables(machine: Machine) -> list[Table]:
+    """Return the tables of named frames, limits and drives that have rows."""
+    tables = (frames_table(machine, "frames"), limits_table(machine, "limits"), drives_table(machine, "drives"))
+    return [table for table in tables if table.rows]
 
 
 def machine_table(machine: Machine, title: str = "", with_units: bool = False) -> Table:
-    """Return the table of geometric parameters, with units in heads and laws of joints if they are asked for."""
+    """Return the table of geometric parameters, optionally with units in heads and laws of joints."""
     geometry = {column.key: column.dimension.units[0] for column in declared_columns(Joint, "joints")}
-    shown = [name for name in geometry if name not in ("gamma", "b") or _any(machine, name)]
-    heads = [f"{name}, {geometry[name]}" if with_units else name for name in shown]
+    unused = [name for name in ("gamma", "b") if all(getattr(joint, name).is_zero for joint in machine.joints)]
+    geometric_columns = [name for name in geometry if name not in unused]
+    heads = [f"{name}, {geometry[name]}" if with_units else name for name in geometric_columns]
     body = "body, kg" if with_units else "body"
     table = Table(("j", "name", "a(j)", "kind", "sigma", *heads, body, "joint"), title=title, keys=2)
     for j, joint in enumerate(machine.joints, start=1):
-        geometric = [_cell(joint, name) for name in shown]
+        geometric = [_cell(joint, name) for name in geometric_columns]
         kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
         table.add_row(str(j), joint.name, *kind, *geometric, _body(joint), _law(joint, with_units))
     return table
@@ -53,13 +58,29 @@ def bodies_table(machine: Machine, title: str = "") -> Table:
     return Table(("body", *heads), massive, title)
 
 
+def frames_table(machine: Machine, title: str = "") -> Table:
+    """Return the named frames with their placements in the frames of the rows whose bodies carry them."""
+    table = Table(("frame", "on", "x, m", "y, m", "z, m", "roll, rad", "pitch, rad", "yaw, rad"), title=title)
+    for frame in machine.frames:
+        table.add_row(frame.name, frame.on or BASE, *(_written(cell) for _, cell in cells(frame)))
+    return table
+
+
+def frames_json(machine: Machine) -> dict[str, Any]:
+    """Return the named frames: the joint whose body carries each, origin, m, roll, pitch and yaw, rad, as formulas."""
+    return {
+        frame.name: {"on": frame.on or BASE, "at": [*map(_written, frame.at)], "rpy": [*map(_written, frame.rpy)]}
+        for frame in machine.frames
+    }
+
+
 def limits_table(machine: Machine, title: str = "") -> Table:
     """Return the limits of the joints of a machine, with units; without rows where it has none."""
     table = Table(("joint", *LIMITED), title=title)
     limits = limits_of(machine)
     for joint in machine.joints:
-        if one := limits.joints.get(joint.name):
-            table.add_row(joint.name, *(_range(getattr(one, name), unit_of(name, joint)) for name in LIMITED))
+        if limit := limits.joints.get(joint.name):
+            table.add_row(joint.name, *(_range(getattr(limit, name), unit_of(name, joint)) for name in LIMITED))
     return table
 
 
@@ -67,13 +88,13 @@ def drives_table(machine: Machine, title: str = "") -> Table:
     """Return the drives of a machine, with units; without rows where it has none."""
     rows = []
     for name, drive in drives_of(machine).by_motor.items():
-        joint = next(one for one in machine.joints if one.name == name)
+        joint = next(row for row in machine.joints if row.name == name)
         gains = (_gain(getattr(drive, key), gain_unit(key, joint)) for key in ("Kp", "Tn", "Kv"))
         rows.append([name, CASCADE, *gains, drive.measured, ", ".join(_lateness(drive)) or "at once"])
         rows[-1] += [", ".join(_of_set_point(drive)), ", ".join(_limits_of_drive(drive, joint))]
     heads = ("axis", "kind", "Kp", "Tn", "Kv", "measured", "torque comes", "set point", "limits")
-    kept = [k for k in range(len(heads)) if k < 7 or any(row[k] for row in rows)]
-    return Table(tuple(heads[k] for k in kept), [tuple(row[k] for k in kept) for row in rows], title)
+    filled = [k for k in range(len(heads)) if k < 7 or any(row[k] for row in rows)]
+    return Table(tuple(heads[k] for k in filled), [tuple(row[k] for k in filled) for row in rows], title)
 
 
 def _gain(gain: Formula | Sought | None, unit: str) -> str:
@@ -83,7 +104,7 @@ def _gain(gain: Formula | Sought | None, unit: str) -> str:
 
 
 def _lateness(drive: Drive) -> Iterator[str]:
-    """Yield what is between the velocity controller and the torque."""
+    """Yield what delays the torque after the velocity controller."""
     for name in ("lag", "dead_time", "period"):
         x = getattr(drive, name)
         if x is not None and not x.is_zero:
@@ -92,12 +113,12 @@ def _lateness(drive: Drive) -> Iterator[str]:
         yield f"current loop {_written(loop.kp)} V/A, {_written(loop.ti)} s"
         if not loop.compensation.is_zero:
             yield f"back-EMF compensated times {_written(loop.compensation)}"
-    for one in drive.filters:
-        yield f"{'notch' if isinstance(one, Notch) else 'low-pass'} {_written(one.frequency)} Hz"
+    for stage in drive.filters:
+        yield f"{'notch' if isinstance(stage, Notch) else 'low-pass'} {_written(stage.frequency)} Hz"
 
 
 def _of_set_point(drive: Drive) -> Iterator[str]:
-    """Yield the filter of the set point, and what of its rates is fed forward."""
+    """Yield the filter of the set point, and the rates that are fed forward."""
     if isinstance(drive.set_point, LowPass):
         yield f"low-pass {_written(drive.set_point.frequency)} Hz"
     elif drive.set_point is not None:
@@ -111,7 +132,7 @@ def _of_set_point(drive: Drive) -> Iterator[str]:
 
 
 def _limits_of_drive(drive: Drive, joint: Joint) -> Iterator[str]:
-    """Yield the limits of a drive, and the time in which the integral part gives way there."""
+    """Yield the limits of a drive, and the time constant of its anti-windup."""
     units = {"torque_limit": joint.force_unit, "current_limit": "A", "voltage_limit": "V", "windup": "s"}
     for name, unit in units.items():
         if (x := getattr(drive, name)) is not None:
@@ -122,12 +143,12 @@ def drives_lines(machine: Machine) -> list[str]:
     """Return a sentence for each drive."""
     table = drives_table(machine)
     heads = ["", "", *table.heads[2:5], "measured:", "torque:", *(f"{name}:" for name in table.heads[7:])]
-    shown = ([f"{head} {x}".strip() for head, x in zip(heads[1:], row[1:], strict=True) if x] for row in table.rows)
-    return [f"drive of {row[0]}: {', '.join(said)}" for row, said in zip(table.rows, shown, strict=True)]
+    sentences = ([f"{head} {x}".strip() for head, x in zip(heads[1:], row[1:], strict=True) if x] for row in table.rows)
+    return [f"drive of {row[0]}: {', '.join(parts)}" for row, parts in zip(table.rows, sentences, strict=True)]
 
 
 def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
-    """Return the drives of a machine by motor: what the table of them says."""
+    """Return the drives of a machine by motor, as in their table."""
     table = drives_table(machine)
     return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
 
@@ -135,26 +156,26 @@ def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
 def limits_json(machine: Machine) -> dict[str, Any]:
     """Return low and high end of the limits of a machine, in SI units: of joints by quantity, and of parameters."""
     limits = limits_of(machine)
-    joints = {name: _ranges_of(one) for name, one in limits.joints.items()}
-    parameters = {name: [one.low, one.high] for name, one in limits.parameters.items()}
+    joints = {name: _ranges_of(ranges) for name, ranges in limits.joints.items()}
+    parameters = {name: [interval.low, interval.high] for name, interval in limits.parameters.items()}
     return {"joints": joints, "parameters": parameters}
 
 
 def _ranges_of(limits: JointLimits) -> dict[str, list[float]]:
-    given = {name: getattr(limits, name) for name in LIMITED}
-    return {name: [one.low, one.high] for name, one in given.items() if one is not None}
+    ranges = {name: getattr(limits, name) for name in LIMITED}
+    return {name: [interval.low, interval.high] for name, interval in ranges.items() if interval is not None}
 
 
-def _range(one: Range | None, unit: str) -> str:
-    return "" if one is None else f"{one.low:.6g} to {one.high:.6g} {unit}".rstrip()
+def _range(interval: Range | None, unit: str) -> str:
+    return "" if interval is None else f"{interval.low:.6g} to {interval.high:.6g} {unit}".rstrip()
 
 
 def parameter_lines(machine: Machine) -> list[str]:
-    """Return a line with the value of each named parameter, and one with the names of those without."""
+    """Return a line with the value of each named parameter, and one with the names of parameters without value."""
     tolerated = limits_of(machine).parameters
     ranges = {name: f" ({_range(one, '')})" for name, one in tolerated.items()}
-    known = (p for p in machine.parameters if p.value is not None)
-    valued = [f"{p.name} = {p.value} {p.unit}".rstrip() + ranges.get(p.name, "") for p in known]
+    stated = (p for p in machine.parameters if p.value is not None)
+    valued = [f"{p.name} = {p.value} {p.unit}".rstrip() + ranges.get(p.name, "") for p in stated]
     unknown = [p.name for p in machine.parameters if p.value is None]
     if not unknown:
         return valued
@@ -162,23 +183,19 @@ def parameter_lines(machine: Machine) -> list[str]:
     return [*valued, f"{count} without value: {', '.join(unknown)}"]
 
 
-def _any(machine: Machine, name: str) -> bool:
-    return any(not getattr(joint, name).is_zero for joint in machine.joints)
-
-
 def _cell(joint: Joint, name: str) -> str:
     offset: Formula = getattr(joint, name)
     if joint.variable is None or (name, joint.sigma) not in (("theta", 0), ("r", 1)):
         return _written(offset)
-    return joint.variable if offset.is_zero else _added(joint.variable, _written(offset))
+    return joint.variable if offset.is_zero else _sum_text(joint.variable, _written(offset))
 
 
 def _written(formula: Formula) -> str:
-    """A formula as it stands in the file, pi always by the same name."""
+    """A formula as in the file, pi always by the same name."""
     return re.sub(r"\bPi\b", "pi", str(formula))
 
 
-def _added(variable: str, offset: str) -> str:
+def _sum_text(variable: str, offset: str) -> str:
     return f"{variable} - {offset[1:].lstrip()}" if offset.startswith("-") else f"{variable} + {offset}"
 
 
@@ -188,9 +205,9 @@ def _body(joint: Joint) -> str:
 
 
 def _law(joint: Joint, with_units: bool = False) -> str:
-    """The laws of a joint, such as k = 2e7, d = 0.1; those of motors as the joint feels them."""
-    found = ((cell.column, formula) for cell, formula in cells(joint.reflected) if cell.column.symbol)
-    shown = ((column, formula) for column, formula in found if formula != column.default)
-    laws = ((column, IDLE.sub(r"\1", f"{column.symbol} = {_written(formula)}")) for column, formula in shown)
+    """Return the laws of a joint, such as k = 2e7, d = 0.1; those of motors reflected to the joint."""
+    columns = ((cell.column, formula) for cell, formula in cells(joint.reflected) if cell.column.symbol)
+    given_laws = ((column, formula) for column, formula in columns if formula != column.default)
+    laws = ((column, IDLE.sub(r"\1", f"{column.symbol} = {_written(formula)}")) for column, formula in given_laws)
     unit = int(joint.sigma == 1)
     return ", ".join(f"{law} {column.dimension.units[unit]}".rstrip() if with_units else law for column, law in laws)

@@ -1,4 +1,4 @@
-"""Numbers of bodies and rotors, and parts of drives, that a scene leaves out: they are zero.
+"""Numbers of bodies and rotors, and parts of drives, that a scene sets to zero.
 
 A number is named by its joint and its column, as in cart_y.mass, ram.XX, ram.center_of_mass.z, motor_y.rotor_inertia.
 Parts of drives are lags, dead times and filters, motor_x.lag, motor_x.dead_time, motor_x.filter_1: what they let pass
@@ -20,7 +20,7 @@ from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 BODIES = "bodies"
-"""The table whose numbers may be left out, beside rotor inertias."""
+"""The table whose numbers may be left out, in addition to rotor inertias."""
 
 
 def numbers_of(machine: Machine) -> dict[str, Formula]:
@@ -39,25 +39,26 @@ def with_zeros(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     if not names:
         return machine
     if isinstance(machine, DescribedMachine):
-        drives = {name: _without_parts(name, one, names) for name, one in machine.drives.by_motor.items()}
+        drives = {name: _without_parts(name, drive, names) for name, drive in machine.drives.by_motor.items()}
         machine = replace(machine, drives=Drives(drives))
-    joints = tuple(_zeroed(joint, names) for joint in machine.joints)
-    return replace(machine, joints=joints, static={j: _zeroed(row, names) for j, row in machine.static.items()})
+    joints = tuple(_without_numbers(joint, names) for joint in machine.joints)
+    static = {j: _without_numbers(row, names) for j, row in machine.static.items()}
+    return replace(machine, joints=joints, static=static)
 
 
 def refuse_unknown(machine: Machine, names: Collection[str], source: str) -> None:
-    """Raise `InputError` for what is no number of a body or a rotor, or is zero."""
-    known = [*numbers_of(machine), *parts_of_drives(machine)]
+    """Raise `InputError` for a name that is not a number of a body, rotor or drive, or that is zero."""
+    numbers = [*numbers_of(machine), *parts_of_drives(machine)]
     for name in names:
-        if name not in known:
-            what = f"no body, rotor or drive has a number {quote(name)}{did_you_mean(name, known)}"
+        if name not in numbers:
+            what = f"no body, rotor or drive has a number {quote(name)}{did_you_mean(name, numbers)}"
             raise InputError(source, "scene, zero", what)
 
 
 def parts_of_drives(machine: Machine) -> tuple[str, ...]:
-    """The parts of continuous drives that may be left out, by name; sampled ones are what their controllers are."""
+    """The parts of continuous drives that may be left out, by name; a sampled drive has none."""
     drives = drives_of(machine).by_motor
-    return tuple(f"{name}.{part}" for name, one in drives.items() if one.period is None for part in _parts(one))
+    return tuple(f"{name}.{part}" for name, drive in drives.items() if drive.period is None for part in _parts(drive))
 
 
 def _parts(drive: Drive) -> Iterator[str]:
@@ -70,13 +71,13 @@ def _parts(drive: Drive) -> Iterator[str]:
 
 def _without_parts(motor: str, drive: Drive, names: Collection[str]) -> Drive:
     left_out = {part for part in _parts(drive) if f"{motor}.{part}" in names and drive.period is None}
-    kept = tuple(one for k, one in enumerate(drive.filters, start=1) if f"filter_{k}" not in left_out)
-    found = replace(drive, filters=kept) if len(kept) < len(drive.filters) else drive
-    found = replace(found, dead_time=None) if "dead_time" in left_out else found
-    return replace(found, lag=ZERO) if "lag" in left_out else found
+    filters = tuple(stage for k, stage in enumerate(drive.filters, start=1) if f"filter_{k}" not in left_out)
+    without = replace(drive, filters=filters) if len(filters) < len(drive.filters) else drive
+    without = replace(without, dead_time=None) if "dead_time" in left_out else without
+    return replace(without, lag=ZERO) if "lag" in left_out else without
 
 
-def _zeroed(joint: Joint, names: Collection[str]) -> Joint:
+def _without_numbers(joint: Joint, names: Collection[str]) -> Joint:
     return with_cells(joint, lambda cell, x: ZERO if _is_inertia(cell) and name_of(joint, cell) in names else x)
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
-from symoro_elastic.mechanics.spatial import ArticulatedInertia, Matrix, Scalar, Twist, Vector, Wrench
+from symoro_elastic.mechanics.spatial import ArticulatedInertia, Matrix, Scalar, Twist, Vector, Wrench, cross, dot
 
 DEGREES = range(-6, 0)
 """Numbers of the degrees of freedom of a base, linear part first; joints are numbered from 1."""
+HALF, QUARTER = Fraction(1, 2), Fraction(1, 4)
 
 
 @dataclass(frozen=True)
 class WrenchKnown:
-    """The wrench that the surroundings exert on the base, in its frame, is given; its weight is not part of it."""
+    """The wrench of the surroundings on the base, in its frame, is known; weight is not part of it."""
 
     wrench: Wrench
 
@@ -49,21 +51,21 @@ def solve_symmetric(matrix: Sequence[Sequence[Scalar]], right: Sequence[Scalar])
     Raises `ZeroDivisionError` for a pivot that is zero.
     """
     n = len(right)
-    left, reduced = [list(row) for row in matrix], list(right)
+    factors, reduced = [list(row) for row in matrix], list(right)
     inverses: list[Scalar] = []
     for k in range(n):
-        inverses.append(1 / left[k][k])
+        inverses.append(1 / factors[k][k])
         for i in range(k + 1, n):
-            factor = left[i][k] * inverses[k]
+            factor = factors[i][k] * inverses[k]
             reduced[i] = reduced[i] - factor * reduced[k]
             for m in range(k + 1, i + 1):
-                left[i][m] = left[i][m] - factor * left[m][k]
+                factors[i][m] = factors[i][m] - factor * factors[m][k]
     x = list(reduced)
     for k in reversed(range(n)):
         for i in range(k + 1, n):
-            x[k] = x[k] - left[i][k] * x[i]
+            x[k] = x[k] - factors[i][k] * x[i]
         x[k] = x[k] * inverses[k]
-    return Solution(left, inverses, reduced, x)
+    return Solution(factors, inverses, reduced, x)
 
 
 def rotation_of(quaternion: Sequence[Scalar]) -> Matrix:
@@ -77,3 +79,70 @@ def rotation_of(quaternion: Sequence[Scalar]) -> Matrix:
         Vector(xy + wz, 1 - (xx + zz), yz - wx),
         Vector(xz - wy, yz + wx, 1 - (xx + yy)),
     )
+
+
+def pose_rates(u: Vector, V: Twist) -> Twist:
+    """s' and u' at a turn u and the velocity V of the base."""
+    v, w = V
+    across = cross(u, v)
+    shift = v + (1 / _squared_length(u)) * (across + HALF * cross(u, across))
+    return Twist(shift, w + HALF * cross(u, w) + (QUARTER * dot(u, w)) * u)
+
+
+def velocity_rates(V: Twist, Vd: Twist) -> Twist:
+    """Derivatives by time of the components of V, by the acceleration V' of the origin and of the turn [6]."""
+    return Twist(Vd.linear - cross(V.angular, V.linear), Vd.angular)
+
+
+def rotation_change(A_0: Matrix, u: Vector) -> Matrix:
+    """A_0 (I + G/2) cay(u) - A_0 with G = I - A_0^T A_0, which corrects the rounding of the rotation A_0."""
+    x, y, z = u
+    f = 1 / _squared_length(u)
+    xx, yy, zz = (HALF * (a * a) for a in u)
+    xy, xz, yz = HALF * (x * y), HALF * (x * z), HALF * (y * z)
+    turn = Matrix(
+        Vector(-(yy + zz), xy - z, xz + y),
+        Vector(xy + z, -(xx + zz), yz - x),
+        Vector(xz - y, yz + x, -(xx + yy)),
+    )  # fmt: skip
+    E = Matrix(*(f * row for row in turn))
+    lost = _half_lost(A_0)
+    return _product(A_0, E + lost + _product(lost, E))
+
+
+def quaternion_change(
+    Q_0: Sequence[Scalar], u: Vector, square_root: Callable[[Scalar], Scalar]
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Q - Q_0 with Q = Q_0 (1, u/2) over its length, w x y z: of length 1 also where Q_0 lost it to rounding."""
+    w, *vector = Q_0
+    q, turn = Vector(*vector), HALF * u
+    grown = QUARTER * dot(u, u)
+    excess = (w * w + dot(q, q) - 1) * (1 + grown) + grown
+    length = square_root(1 + excess)
+    share = 1 / (length * (1 + length))
+    inverse = (1 + length) * share
+    a, b = -excess * share, inverse * turn
+    x, y, z = a * q + w * b + cross(q, b)
+    return a * w - dot(q, b), x, y, z
+
+
+def shift(A_0: Matrix, s: Vector) -> Vector:
+    """P - P_0, in axes of the world."""
+    return A_0 * s
+
+
+def _squared_length(u: Vector) -> Scalar:
+    """1 + u.u / 4: square of the length of the quaternion (1, u/2)."""
+    return 1 + QUARTER * dot(u, u)
+
+
+def _half_lost(A: Matrix) -> Matrix:
+    """(I - A^T A) / 2, zero for a rotation."""
+    columns = A.T
+    entries = [[(int(i == j) - dot(columns[min(i, j)], columns[max(i, j)])) * HALF for j in range(3)] for i in range(3)]
+    return Matrix(*(Vector(*row) for row in entries))
+
+
+def _product(A: Matrix, B: Matrix) -> Matrix:
+    columns = B.T
+    return Matrix(*(Vector(*(dot(row, column) for column in columns)) for row in A))

@@ -42,7 +42,7 @@ TWIST = ("VX", "VY", "VZ", "WX", "WY", "WZ")
 
 
 def identity(_j: int, _name: str, x: Scalar) -> Scalar:
-    """Leave a sum as it is."""
+    """Return a sum unchanged."""
     return x
 
 
@@ -86,7 +86,7 @@ Rules: TypeAlias = Iterator[GroupingRule]
 
 @dataclass(frozen=True)
 class CarriedMotion:
-    """How frame j moves before joint j does: twists at random velocities of the joints below, and gravity.
+    """Motion of frame j without that of joint j: twists at random velocities of the joints below, and gravity.
 
     In frame j, at a random position. What holds here always holds.
     """
@@ -101,12 +101,12 @@ class CarriedMotion:
 
     @cached_property
     def shifting(self) -> bool:
-        """Its origin moves."""
+        """Whether its origin moves."""
         return any(any(v) for v, _ in self.twists)
 
     @cached_property
     def parallel(self) -> bool:
-        """It turns about z only, or not at all."""
+        """Whether the frame turns about z only, or not at all."""
         return not any(w[X] or w[1] for _, w in self.twists)
 
     @cached_property
@@ -116,23 +116,23 @@ class CarriedMotion:
 
     @cached_property
     def one_direction(self) -> bool:
-        """All turns are about one direction."""
+        """Whether all turns are about one direction."""
         (_, first), (_, second) = self.twists
         return not any(cross(first, second))
 
     @cached_property
     def level(self) -> bool:
-        """Its origin does not move along z."""
+        """Whether its origin does not move along z."""
         return not any(v[Z] for v, _ in self.twists)
 
     @cached_property
     def on_axis(self) -> bool:
-        """Its origin does not move across z."""
+        """Whether its origin does not move across z."""
         return not any(v[X] or v[1] for v, _ in self.twists)
 
     @cached_property
     def about_a_point_of_axis(self) -> bool:
-        """All motions are turns about one point of the axis z."""
+        """Whether all motions are turns about one point of the axis z."""
         (v1, w1), (v2, w2) = self.twists
         imaginary = not any(v[X] * w[X] + v[1] * w[1] for v, w in self.twists)
         return self.level and imaginary and not (v1[X] * w2[1] - v2[X] * w1[1] or v1[1] * w2[X] - v2[1] * w1[X])
@@ -144,7 +144,7 @@ class CarriedMotion:
 
 
 def carried_motions(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, CarriedMotion]:
-    """How each frame is carried, from a mechanism at its zero position in an exact field.
+    """The motions of frames by their antecedents, from a mechanism at its zero position in an exact field.
 
     `draw` gives random numbers of it. Gravity is the opposite of the base's acceleration. A base
     that is free moves in all directions.
@@ -157,14 +157,14 @@ def carried_motions(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[i
     twists: list[tuple[Twist, ...]] = [
         (Twist(anything(), anything()), Twist(anything(), anything())) if free_base else (AT_REST, AT_REST)
     ]
-    found = {}
+    motions = {}
     for j, link in mechanism.from_base():
         before = tuple(link.transform * twist for twist in twists[link.antecedent])
-        found[j] = CarriedMotion(before, link.transform.to_child(fields[link.antecedent]))
+        motions[j] = CarriedMotion(before, link.transform.to_child(fields[link.antecedent]))
         moved = _displacement(link.axis, draw)
-        fields.append(moved.to_child(found[j].gravity))
+        fields.append(moved.to_child(motions[j].gravity))
         twists.append(tuple(moved * twist + draw() * link.axis for twist in before))
-    return found
+    return motions
 
 
 def _displacement(axis: Axis, draw: Draw) -> Transform:
@@ -178,7 +178,7 @@ def _displacement(axis: Axis, draw: Draw) -> Transform:
 def grouping_rules(
     mechanism: Mechanism, draw: Draw, free_base: bool, sizes: Mechanism
 ) -> dict[int, list[GroupingRule]]:
-    """Rules for each body, decided in an exact field; `sizes` is the same mechanism in floats."""
+    """Grouping rules by body, decided in an exact field; `sizes` is the mechanism in floats."""
     rules = {Axis.REVOLUTE: _rules_revolute, Axis.PRISMATIC: _rules_prismatic, Axis.NONE: _rules_fixed}
     motion = carried_motions(mechanism, draw, free_base)
     return {j: list(rules[link.axis](mechanism, sizes, j, link, motion[j])) for j, link in mechanism.from_base()}
@@ -223,13 +223,13 @@ def _rules_prismatic(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link,
 
 
 def _rules_fixed(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
-    """All ten parameters."""
+    """The rules of a fixed body: all ten parameters are grouped."""
     yield from _alone((*INERTIA, *MOMENTS), motion.turning)
     yield GroupingRule({"M": 1}, motion.shifting)
 
 
 def _height(mechanism: Mechanism, j: int) -> Ratio | None:
-    """How far the origin of frame j lies beyond the point of its axis about which it is carried."""
+    """Distance along its axis from the point about which frame j is carried to its origin."""
     for k in reversed(_turning_joints(mechanism, j)):
         v, w = axis_at(mechanism, k, j)
         if w[1]:
@@ -245,8 +245,8 @@ def _along(mechanism: Mechanism, sizes: Mechanism, j: int) -> dict[str, int | Ra
     (_, w), (_, size) = axis_at(mechanism, k, j), axis_at(sizes, k, j)
     entries = sorted((m for m in range(3) if w[m]), key=lambda m: -abs(round(_number(size[m]), 9)))
     first = entries[0]
-    others = {MOMENTS[m]: Ratio(k, (ANGULAR, m), (ANGULAR, first)) for m in entries[1:]}
-    return {MOMENTS[first]: 1, **others}
+    ratios = {MOMENTS[m]: Ratio(k, (ANGULAR, m), (ANGULAR, first)) for m in entries[1:]}
+    return {MOMENTS[first]: 1, **ratios}
 
 
 def _number(x: Scalar) -> float:
@@ -262,7 +262,7 @@ def _turning_joints(mechanism: Mechanism, j: int) -> list[int]:
 
 
 def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = identity) -> Twist:
-    """a_k taken at frame j; the joints between are at the position of the mechanism."""
+    """Axis a_k in frame j, with the joints between at the position of the mechanism."""
     links = path(mechanism, j)
     a = 1 * mechanism.link(k).axis
     for number in links[links.index(k) + 1 :]:
@@ -275,7 +275,7 @@ def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = identity)
 def group(
     mechanism: Mechanism, found: Mapping[int, Sequence[GroupingRule]], simplify: Simplify = identity
 ) -> dict[int, dict[str, Scalar]]:
-    """The grouped parameters of every body, its rotor inertia IA among them; those eliminated are zero.
+    """The grouped parameters by body, including its rotor inertia IA; eliminated ones are zero.
 
     From a mechanism at its zero position, in any scalar. `simplify` is applied to each sum.
     """

@@ -1,4 +1,4 @@
-"""The part of each body's acceleration that is known before the backward recursion.
+"""The part of a body's acceleration that is known before the backward recursion.
 
     V'_j = bias_j + remainder_j
 
@@ -25,7 +25,7 @@ REACH = 4
 def with_tips_in_frames_before(mechanism: Mechanism, unknown: Collection[int]) -> Mechanism:
     """The mechanism with its tips of unknown acceleration described in the frames before their joints' rotations.
 
-    Rotating the body once takes fewer operations than rotating its articulated inertia, wrench and motion.
+    Rotating the body once needs fewer operations than rotating its articulated inertia, wrench and motion.
     """
     tips = set(unknown) - mechanism.carriers
     links = tuple(link.in_frame_before() if j in tips else link for j, link in mechanism.from_base())
@@ -35,7 +35,7 @@ def with_tips_in_frames_before(mechanism: Mechanism, unknown: Collection[int]) -
 def bias_accelerations(
     mechanism: Mechanism, unknown: Collection[int], known: Mapping[int, Twist], gamma: Sequence[Twist]
 ) -> tuple[dict[int, Twist], list[Twist]]:
-    """The bias of each link, and what is left of its gamma [7]; `known` are those of links before the unknown ones.
+    """Biases of links, and the remainder of their gamma [7]; `known` are those of links before the unknown ones.
 
     A revolute joint passes linear accelerations on; a prismatic one, and every fourth link, leave them to gamma. At a
     tip all of gamma is bias.

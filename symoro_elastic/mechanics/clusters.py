@@ -1,6 +1,6 @@
 """Clusters: joints that share a coordinate, with all joints between them, eliminated together.
 
-In the backward recursion a cluster takes the place of a joint: its bodies have received everything beyond them, and
+In the backward recursion a cluster replaces a joint: its bodies have received everything beyond them, and
 what its antecedent o feels is
 
     f = K V'_o + alpha,   with   H udd = rho - U^T V'_o.
@@ -56,7 +56,7 @@ def clusters(mechanism: Mechanism, S: Rows) -> list[Members]:
     """The clusters of more than one joint: joints whose rows of S share a coordinate, and those between them."""
     groups: list[set[int]] = [{j, *row} for j, row in S.items()]
     while True:
-        merged = [_with_joints_between(mechanism, group) for group in _joined(groups)]
+        merged = [_with_joints_between(mechanism, group) for group in _join(groups)]
         if merged == groups:
             break
         groups = merged
@@ -64,7 +64,7 @@ def clusters(mechanism: Mechanism, S: Rows) -> list[Members]:
     return [Members(_antecedent(mechanism, links), links) for links in sorted(together)]
 
 
-def _joined(groups: Iterable[set[int]]) -> list[set[int]]:
+def _join(groups: Iterable[set[int]]) -> list[set[int]]:
     """Groups that share a joint, united."""
     united: list[set[int]] = []
     for group in groups:
@@ -98,7 +98,7 @@ def _carriers(mechanism: Mechanism, j: int) -> list[int]:
 
 @dataclass(frozen=True)
 class ClusterElimination:
-    """K and alpha of a cluster in the frame of its antecedent, and what its accelerations follow from (L25), (L26).
+    """K and alpha of a cluster in the frame of its antecedent, and the data of its accelerations (L25), (L26).
 
     U holds a wrench at the antecedent, eta and H forces by coordinate; `factors` are those of H of the free ones.
     """
@@ -229,6 +229,6 @@ def motion(e: ClusterElimination, cluster: Cluster, V_o: Twist) -> ClusterMotion
     """
     UV = {k: U.dot(V_o) for k, U in e.U.items()}
     udd = solution(e.factors, {k: rho - UV[k] for k, rho in e.rho.items()})  # (L28)
-    known = [k for k in cluster.coordinates if k not in udd]
-    Gamma = {k: e.eta[k] + UV[k] + product({f: e.H[k][f] for f in udd}, udd) for k in known}  # (L29)
+    fixed = [k for k in cluster.coordinates if k not in udd]
+    Gamma = {k: e.eta[k] + UV[k] + product({f: e.H[k][f] for f in udd}, udd) for k in fixed}  # (L29)
     return ClusterMotion(udd, joint_accelerations(cluster.S, udd, cluster.gam), Gamma)

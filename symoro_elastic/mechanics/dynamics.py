@@ -6,7 +6,7 @@ body are known, its own is known before the backward recursion and [12], [15] gi
 articulated inertias is for the others. The base is one of the former, unless it floats under a known wrench.
 
 In place of V' the recursion finds its remainder beyond a bias that is known beforehand (`bias_acceleration`). K, alpha
-and gamma are in the frame before the joint's rotation, where gamma is shortest; R takes them to frame j.
+and gamma are in the frame before the joint's rotation, where gamma is shortest; R rotates them to frame j.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
 from symoro_elastic.mechanics.spatial import (
     AT_REST,
-    NO_WRENCH,
     ZERO,
     ArticulatedInertia,
     Matrix,
@@ -106,7 +105,7 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
 
 
 def unknown_accelerations(mechanism: Mechanism, rules: Rules, base: WrenchKnown | None) -> set[int]:
-    """Numbers of the bodies whose acceleration only the recursion finds: those beyond a joint of known torque."""
+    """Numbers of the bodies with unknown acceleration: those beyond a joint of known torque."""
     unknown = set() if base is None else {0}
     for j, link in mechanism.from_base():
         if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster):
@@ -119,13 +118,13 @@ def _start(s: Dynamics, base: WrenchKnown | None) -> None:
     body = s.mechanism.body
     if base is not None:
         s.bias[0] = AT_REST
-        _begin(s, 0, body or RigidInertia(), NO_WRENCH)
+        _begin(s, 0, body or RigidInertia(), s.mechanism.wrench)
         return
     s.vd[0], s.wd[0] = s.mechanism.acceleration
     s.bias[0], s.remainder[0] = Twist(s.vd[0], ZERO), Twist(ZERO, s.wd[0])
     s.U[0] = hat_plus_hat_squared(s.w[0], s.wd[0])
     if body is not None:
-        s.f[0] = newton_euler(body, s.w[0], s.wd[0], s.vd[0], s.U[0])  # (12)
+        s.f[0] = newton_euler(body, s.w[0], s.wd[0], s.vd[0], s.U[0]) + s.mechanism.wrench  # (12)
 
 
 def _begin(s: Dynamics, j: int, body: RigidInertia, wrench: Wrench) -> None:
@@ -135,7 +134,7 @@ def _begin(s: Dynamics, j: int, body: RigidInertia, wrench: Wrench) -> None:
 
 
 def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
-    """Accelerations [6] and wrenches [12] where all accelerations from the base are known."""
+    """Accelerations [6] and wrenches [12] of bodies before any unknown acceleration."""
     for j, link in s.mechanism.from_base():
         i, rule = link.antecedent, rules[j]
         if i not in s.vd or isinstance(rule, TorqueKnown | Cluster):
@@ -157,7 +156,7 @@ def _origin_acceleration(link: Link, vd_i: Vector, U_i: Matrix, U_j: Matrix) -> 
 
 
 def _backward(s: Dynamics, rules: Rules) -> None:
-    """From the tips to the base: [28]-[32], [50]-[56], and [15] where accelerations are known."""
+    """Recursion from the tips to the base: [28]-[32], [50]-[56], and [15] where accelerations are known."""
     for j, link in s.mechanism.from_tips():
         i, X, R, rule = link.antecedent, link.before, link.joint_rotation, rules[j]
         if j in s.vd:
@@ -167,7 +166,7 @@ def _backward(s: Dynamics, rules: Rules) -> None:
                 _reduce(s, j, i, rule)
             continue
         else:
-            s.eliminated[j] = e = _eliminated(s, j, link, rule)
+            s.eliminated[j] = e = _eliminate(s, j, link, rule)
             if i not in s.vd:
                 s.Js[i] = s.Js[i] + e.K.to_antecedent(X)  # (32), (56)
                 s.betas[i] = s.betas[i] - X.T * e.alpha  # (31), (55)
@@ -187,7 +186,7 @@ def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
         s.f[o] = s.f[o] + e.alpha  # (15)
 
 
-def _eliminated(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
+def _eliminate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
     if not isinstance(rule, TorqueKnown):
         return prescribe(link, rule.qdd if rule else 0, s.Js[j], s.betas[j], s.gamma[j])
     try:
@@ -207,7 +206,7 @@ def _solve_base(s: Dynamics, base: WrenchKnown) -> None:
 
 
 def _forward(s: Dynamics, rules: Rules) -> None:
-    """From the base to the tips: [33]-[36], [57]-[61]."""
+    """Recursion from the base to the tips: [33]-[36], [57]-[61]."""
     for j, link in s.mechanism.from_base():
         rule = rules[j]
         if isinstance(rule, Cluster):

@@ -1,4 +1,4 @@
-"""Elimination of one joint in the backward recursion.
+"""Elimination of a joint in the backward recursion.
 
 f_j = J*_j V'_j - beta*_j with V'_j = V + qdd_j a_j + gamma_j and V = jTi V'_i becomes
 
@@ -19,14 +19,14 @@ from symoro_elastic.mechanics.spatial import NO_WRENCH, ArticulatedInertia, Oute
 
 @dataclass(frozen=True)
 class TorqueKnown:
-    """The joint's force or torque, friction and springs included, is given."""
+    """The joint's force or torque is known, friction and springs included."""
 
     torque: Scalar
 
 
 @dataclass(frozen=True)
 class AccelerationKnown:
-    """The joint's acceleration is given."""
+    """The joint's acceleration is known."""
 
     qdd: Scalar
 
@@ -103,9 +103,9 @@ def joint_acceleration(link: Link, e: Elimination, V: Twist) -> tuple[Twist, Sca
     """
     a = link.axis
     across, along = a.with_entry(e.UH, 0), a.T * V
-    rest = e.qdd_bias - dot(across.linear, V.linear) - dot(across.angular, V.angular)
-    qdd = rest - a.T * e.UH * along  # (34), (59)
-    return a.with_entry(V, rest if is_zero(link.rotor_inertia) else along + qdd), qdd  # (36), (60)
+    free = e.qdd_bias - dot(across.linear, V.linear) - dot(across.angular, V.angular)
+    qdd = free - a.T * e.UH * along  # (34), (59)
+    return a.with_entry(V, free if is_zero(link.rotor_inertia) else along + qdd), qdd  # (36), (60)
 
 
 def eliminate_as_printed(

@@ -23,7 +23,7 @@ def kinetic_energy(mechanism: Mechanism, qd: Scalars) -> Scalar:
 
 
 def _with_body(twice: Scalar, body: RigidInertia, velocity: Twist) -> Scalar:
-    """Twice the kinetic energy, that of one more body included."""
+    """Twice the kinetic energy with that of a further body."""
     v, w = velocity
     turning = dot(w, body.inertia * w)
     return twice + body.mass * dot(v, v) + 2 * dot(body.moments, cross(v, w)) + turning

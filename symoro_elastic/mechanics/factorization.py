@@ -34,7 +34,7 @@ def share(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
 
 
 def share_or_one(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
-    """A_ji / D_j, exactly 1 where both are one expression: where coordinates move the same bodies alike."""
+    """A_ji / D_j, exactly 1 where both are the same expression, as for coordinates that move the same bodies."""
     return 1 if entry is pivot else entry * inverse
 
 
@@ -56,20 +56,20 @@ def by_minimum_degree(order: Sequence[int], A: Rows, is_constant: Callable[[Scal
 
 def factorization(order: Sequence[int], A: Rows, by: Share = share) -> Factorization:
     """Factors of A = L^T D L, rows eliminated in this order; zeros of structure stay. Raises `SingularPivot`."""
-    left = {i: {j: A[i][j] for j in order} for i in order}
-    found = Factorization({}, {}, {})
+    reduced = {i: {j: A[i][j] for j in order} for i in order}
+    factors = Factorization({}, {}, {})
     for m, j in enumerate(order):
-        carrying = [i for i in reversed(order[m + 1 :]) if not is_zero(left[j][i])]
+        carrying = [i for i in reversed(order[m + 1 :]) if not is_zero(reduced[j][i])]
         try:
-            inverse = 1 / left[j][j]
+            inverse = 1 / reduced[j][j]
         except ZeroDivisionError:
             raise SingularPivot(j) from None
-        found.pivots[j], found.inverses[j] = left[j][j], inverse
-        found.L[j] = {i: by(left[j][i], left[j][j], inverse) for i in carrying}
+        factors.pivots[j], factors.inverses[j] = reduced[j][j], inverse
+        factors.L[j] = {i: by(reduced[j][i], reduced[j][j], inverse) for i in carrying}
         for i in carrying:
             for k in carrying[: carrying.index(i) + 1]:
-                left[i][k] = left[k][i] = left[i][k] - found.L[j][i] * left[j][k]
-    return found
+                reduced[i][k] = reduced[k][i] = reduced[i][k] - factors.L[j][i] * reduced[j][k]
+    return factors
 
 
 def solution(factors: Factorization, right: Mapping[int, Scalar]) -> dict[int, Scalar]:

@@ -26,7 +26,7 @@ from symoro_elastic.mechanics.spatial import EZ, AxialTransform, Axis, Transform
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor, or another joint, and the springs behind it on its axis; `senses` are +1 or -1 against it."""
+    """A motor, or another joint, and the springs that it drives on its axis; `senses` are +1 or -1 against it."""
 
     joints: tuple[int, ...]
     senses: tuple[int, ...]

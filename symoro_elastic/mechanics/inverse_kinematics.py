@@ -40,11 +40,11 @@ def blocks(matrix: Rows) -> Iterator[Block]:
     A block is a set of rows that have entries in as many columns, those of earlier blocks left out. Raises
     `DependentRows` where rows have entries in fewer columns.
     """
-    left, done = [*range(len(matrix))], set[int]()
-    while left:
-        block = _next_block(matrix, left, done)
+    remaining, done = [*range(len(matrix))], set[int]()
+    while remaining:
+        block = _next_block(matrix, remaining, done)
         yield block
-        left = [k for k in left if k not in block.rows]
+        remaining = [k for k in remaining if k not in block.rows]
         done.update(block.columns)
 
 
@@ -63,10 +63,10 @@ def _next_block(matrix: Rows, left: Sequence[int], done: set[int]) -> Block:
 
 def determinant_factors(matrix: Rows) -> list[Scalar]:
     """The determinants of the blocks of a square matrix; their product is its determinant, whose sign the first has."""
-    found = [*blocks(matrix)]
-    rows = [k for block in found for k in block.rows]
-    columns = [j for block in found for j in block.columns]
-    first, *others = (determinant([[matrix[k][j] for j in b.columns] for k in b.rows]) for b in found)
+    parts = [*blocks(matrix)]
+    rows = [k for block in parts for k in block.rows]
+    columns = [j for block in parts for j in block.columns]
+    first, *others = (determinant([[matrix[k][j] for j in b.columns] for k in b.rows]) for b in parts)
     return [first * (_sign(rows) * _sign(columns)), *others]
 
 
@@ -82,7 +82,7 @@ def determinant(matrix: Rows) -> Scalar:
 
     @cache
     def minor(columns: tuple[int, ...]) -> Scalar:
-        """Of the last rows and these columns."""
+        """The minor of the last rows and these columns."""
         if not columns:
             return 1
         total: Scalar = 0
@@ -108,14 +108,14 @@ def adjugate(matrix: Rows) -> list[list[Scalar]]:
 
 
 def solve_square(matrix: Rows, V: Sequence[Scalar]) -> list[Scalar]:
-    """x of matrix x = V, block by block: the columns of a block from its rows, less what is known by then."""
+    """x of matrix x = V, block by block: the columns of a block from its rows minus the known columns."""
     x: dict[int, Scalar] = {}
     for rows, columns in blocks(matrix):
         block = [[matrix[k][j] for j in columns] for k in rows]
-        rest = [V[k] - _product(matrix[k], x) for k in rows]
+        rhs = [V[k] - _product(matrix[k], x) for k in rows]
         reciprocal = 1 / determinant(block)
         for j, row in zip(columns, adjugate(block), strict=True):
-            x[j] = sum_of(a * b for a, b in zip(row, rest, strict=True) if not is_zero(a)) * reciprocal
+            x[j] = sum_of(a * b for a, b in zip(row, rhs, strict=True) if not is_zero(a)) * reciprocal
     return [x[j] for j in range(len(V))]
 
 

@@ -11,7 +11,7 @@ def elastic_torque(k: Scalar, delta_q: Scalar, d: Scalar, qd: Scalar) -> Scalar:
 
 
 def smooth_sign(qd: Scalar, speed: Scalar) -> Scalar:
-    """qd / sqrt(qd^2 + vs^2), which stands for sign(qd); speed = sqrt(qd^2 + vs^2), where vs is the creep velocity."""
+    """qd / sqrt(qd^2 + vs^2), a smooth sign(qd); speed = sqrt(qd^2 + vs^2), where vs is the creep velocity."""
     return qd / speed
 
 

@@ -57,18 +57,18 @@ def frames(mechanism: Mechanism, seen_from: int = 0) -> list[Frame]:
 
     Only the joints between the two frames enter.
     """
-    placed = {seen_from: Frame(IDENTITY, ZERO)}
+    poses = {seen_from: Frame(IDENTITY, ZERO)}
     for j in reversed(path(mechanism, seen_from)):
         link = mechanism.link(j)
-        placed[link.antecedent] = placed[j].antecedent(link)
+        poses[link.antecedent] = poses[j].antecedent(link)
     for j, link in mechanism.from_base():
-        if j not in placed:
-            placed[j] = placed[link.antecedent].child(link)  # (2)
-    return [placed[j] for j in range(len(mechanism.links) + 1)]
+        if j not in poses:
+            poses[j] = poses[link.antecedent].child(link)  # (2)
+    return [poses[j] for j in range(len(mechanism.links) + 1)]
 
 
 class FrameSet(NamedTuple):
-    """All frames j expressed in one frame k, and their distances from their anchors.
+    """All frames j expressed in a frame k, and their distances from their anchors.
 
     The anchor of frame j is the last revolute joint before it, or the base: what lies between rotates as one body.
     `levers[j]` is kPj less kP of the anchor; only joints between the two enter.
@@ -81,18 +81,18 @@ class FrameSet(NamedTuple):
 
 def frame_set(mechanism: Mechanism, seen_from: int = 0) -> FrameSet:
     """All frames expressed in frame k = `seen_from`."""
-    seen = FrameSet(frames(mechanism, seen_from), [0], [ZERO])
+    views = FrameSet(frames(mechanism, seen_from), [0], [ZERO])
     between = path(mechanism, seen_from)
     for j, link in mechanism.from_base():
         i = link.antecedent
         if j in between:
-            lever = -Frame(seen.frames[j].rotation, ZERO).antecedent(link).origin
+            lever = -Frame(views.frames[j].rotation, ZERO).antecedent(link).origin
         else:
-            lever = Frame(seen.frames[i].rotation, ZERO).child(link).origin
+            lever = Frame(views.frames[i].rotation, ZERO).child(link).origin
         anchored = not i or mechanism.link(i).axis is Axis.REVOLUTE
-        seen.anchors.append(i if anchored else seen.anchors[i])
-        seen.levers.append(lever if anchored else seen.levers[i] + lever)
-    return seen
+        views.anchors.append(i if anchored else views.anchors[i])
+        views.levers.append(lever if anchored else views.levers[i] + lever)
+    return views
 
 
 def angular_velocities(mechanism: Mechanism, qd: Scalars) -> list[Vector]:
@@ -143,9 +143,9 @@ def angular_motion(
     Points of a revolute joint's axis belong to both links, so that U_j z = jAi U_i iz_j, whatever the joint does.
     Found so it keeps its digits where qd_j is large, and gives wd_x and wd_y without products of their own.
     """
-    i, alike = link.antecedent, link.parallel
-    if alike and alike.number in U:
-        return AngularMotion(alike.components(wd[alike.number]), alike.entries(U[alike.number]))
+    i, parallel = link.antecedent, link.parallel
+    if parallel and parallel.number in U:
+        return AngularMotion(parallel.components(wd[parallel.number]), parallel.entries(U[parallel.number]))
     if link.axis is not Axis.REVOLUTE:
         wd_j = link.transform.to_child(wd[i])  # (6)
         return AngularMotion(wd_j, hat_plus_hat_squared(w[j], wd_j))

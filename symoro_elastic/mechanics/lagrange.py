@@ -17,7 +17,7 @@ from symoro_elastic.mechanics.spatial import NO_WRENCH, Axis, RigidInertia, Scal
 class InertiaMatrix:
     """A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of.
 
-    `base`: wrenches on a base that is part of the machine for a unit of each joint's acceleration;
+    `base`: wrenches on a base that is part of the machine per unit of joint acceleration;
     those of its own acceleration are composite inertia 0.
     """
 
@@ -56,27 +56,28 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
 
 
 def free_solution(
-    factors: Factorization, found: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
+    factors: Factorization, matrix: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
 ) -> tuple[Twist, dict[int, Scalar]]:
     """V'_0 and x of A (V'_0, x) = (wrench, right) on a base that moves: the joints are eliminated, then its six rows.
 
     Raises `SingularPivot`.
     """
-    held = solution(factors, right)
-    pushed = [solution(factors, {j: found.base[j].entries[k] for j in right}) for k in range(6)]
-    columns = zip(found.composite[0].spatial.rows, pushed, strict=True)
-    left = [_without(found, _wrench(column), moved).entries for column, moved in columns]
+    qdd = solution(factors, right)
+    pushed = [solution(factors, {j: matrix.base[j].entries[k] for j in right}) for k in range(6)]
+    columns = zip(matrix.composite[0].spatial.rows, pushed, strict=True)
+    wrenches = ((Wrench(Vector(*column[:3]), Vector(*column[3:])), moved) for column, moved in columns)
+    reduced = [_without(matrix, column, moved).entries for column, moved in wrenches]
     try:
-        base = solve_symmetric(left, _without(found, wrench, held).entries)
+        base = solve_symmetric(reduced, _without(matrix, wrench, qdd).entries)
     except ZeroDivisionError:
         raise SingularPivot(0) from None
     for k, acceleration in enumerate(base.x):
-        held = {j: x - pushed[k][j] * acceleration for j, x in held.items()}
-    return base.twist, held
+        qdd = {j: x - pushed[k][j] * acceleration for j, x in qdd.items()}
+    return base.twist, qdd
 
 
 def of_coordinates(found: InertiaMatrix, S: Rows, coordinates: Iterable[int]) -> InertiaMatrix:
-    """S^T A S, and wrenches on the base for a unit of each coordinate's acceleration (L21)."""
+    """S^T A S, and wrenches on the base per unit of acceleration of the coordinates (L21)."""
     size = len(found.A)
     A = congruence(S, {i: dict(enumerate(row)) for i, row in enumerate(found.A)}, coordinates)
     full = [[A.get(i, {}).get(j, 0) for j in range(size)] for i in range(size)]
@@ -87,12 +88,8 @@ def of_coordinates(found: InertiaMatrix, S: Rows, coordinates: Iterable[int]) ->
     return InertiaMatrix(found.composite, found.f, full, base)
 
 
-def _wrench(entries: tuple[Scalar, ...]) -> Wrench:
-    return Wrench(Vector(*entries[:3]), Vector(*entries[3:]))
-
-
 def wrench_on_base(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
-    """Sum of a wrench on the base and of those that the accelerations of the joints require."""
+    """Sum of a wrench on the base and of the wrenches that the accelerations of the joints require."""
     for j, x in qdd.items():
         force, moment = found.base[j]
         wrench = Wrench(wrench.force + x * force, wrench.moment + x * moment)

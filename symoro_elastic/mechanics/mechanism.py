@@ -29,7 +29,7 @@ S = TypeVar("S", bound=SpatialVector)
 
 @dataclass(frozen=True)
 class Parallel:
-    """Another link, of a smaller number, whose axes `turn` takes to those of a link, whatever the machine does."""
+    """A link of smaller number whose axes differ from those of a link by a constant `turn`, at every position."""
 
     number: int
     turn: AxialTransform
@@ -39,7 +39,7 @@ class Parallel:
         return self.turn.rotate_back(v)
 
     def entries(self, U: Matrix) -> Matrix:
-        """The same of a matrix."""
+        """Entries of a matrix in the axes of the link, given in those of the other."""
         return rotated_matrix(self.turn._replace(sine=-self.turn.sine), U)
 
 
@@ -60,12 +60,12 @@ class Link:
 
     @property
     def joint_rotation(self) -> Rotation:
-        """From the frame before the joint's rotation to frame j: the rotation by theta about z."""
+        """Rotation by theta about z, from the frame before the joint's rotation to frame j."""
         return Rotation(self.transform.steps[-1].rotation)
 
     @property
     def before(self) -> Transform:
-        """From frame i to the frame before the joint's rotation, which has the origin and the axis z of frame j."""
+        """Transform from frame i to the frame before the joint's rotation, with origin and axis z of frame j."""
         *steps, last = self.transform.steps
         return Transform((*steps, last.translation))
 
@@ -81,13 +81,15 @@ class Link:
 class Mechanism:
     """Links in table order and the motion of the base: V0 and V'0, gravity already subtracted.
 
-    `body` is that of a base which is part of the machine; `None` for the ground.
+    `body` is that of a base which is part of the machine, and `wrench` what it exerts on its surroundings; `None` for
+    the ground.
     """
 
     links: tuple[Link, ...]
     velocity: Twist = AT_REST
     acceleration: Twist = AT_REST
     body: RigidInertia | None = None
+    wrench: Wrench = NO_WRENCH
 
     def link(self, j: int) -> Link:
         """Link j; links are numbered from 1."""
@@ -102,28 +104,24 @@ class Mechanism:
         return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
 
     @property
-    def joints_from_tips(self) -> tuple[int, ...]:
-        """Numbers of the links on joints that move, from the tips to the base."""
-        return tuple(j for j, link in self.from_tips() if link.axis is not Axis.NONE)
-
-    @property
     def carriers(self) -> set[int]:
         """Numbers of the links that carry others, 0 for the base."""
         return {link.antecedent for link in self.links}
 
     def scalars(self) -> Iterator[Scalar]:
-        """Every number or expression that `map` converts, in the order in which it does."""
+        """All scalars that `map` converts, in its order."""
         bodies = [] if self.body is None else [self.body]
-        found = (
+        scalars = (
             *(x for link in self.links for x in _scalars_of_link(link)),
             *(x for body in bodies for x in _scalars_of_body(body)),
             *self.velocity.entries,
             *self.acceleration.entries,
+            *self.wrench.entries,
         )
-        return (x for x in found if not _is_structure(x))
+        return (x for x in scalars if not _is_structure(x))
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
-        """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
+        """The mechanism in another arithmetic; the integers 0, 1, -1 of structure are unchanged."""
 
         def scalar(x: Scalar) -> Scalar:
             return x if _is_structure(x) else convert(x)
@@ -137,7 +135,7 @@ class Mechanism:
         def spatial(V: S) -> S:
             return type(V)(vector(V.linear), vector(V.angular))
 
-        def converted(link: Link) -> Link:
+        def convert_link(link: Link) -> Link:
             steps = (AxialTransform(step.axis, *map(scalar, step[1:])) for step in link.transform.steps)
             return Link(
                 link.antecedent,
@@ -148,9 +146,9 @@ class Mechanism:
                 spatial(link.wrench),
             )
 
-        links = tuple(map(converted, self.links))
+        links = tuple(map(convert_link, self.links))
         base = None if self.body is None else rigid(self.body)
-        return Mechanism(links, spatial(self.velocity), spatial(self.acceleration), base)
+        return Mechanism(links, spatial(self.velocity), spatial(self.acceleration), base, spatial(self.wrench))
 
 
 def _is_structure(x: Scalar) -> bool:

@@ -1,4 +1,4 @@
-"""Newton-Euler equations of one body [12], [14]: as printed, and in the forms that cost fewer operations."""
+"""Newton-Euler equations of a body [12], [14]: as printed, and in forms with fewer operations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, U: Matri
     """Wrench F that gives a body its acceleration [12], about the origin of its frame.
 
     U = hat(wd) + hat(w) hat(w). With it F = [M v' + U MS; MS x v' + J wd + w x (J w)], where SYMORO's form of the
-    moment takes 15 products. Its terms that may cancel weight against acceleration come first, so that little is
+    moment needs 15 products. Its terms that may cancel weight against acceleration come first, so that little is
     rounded before they do. `newton_euler_as_printed` is the printed form.
     """
     force = body.mass * vd + U * body.moments  # (12)
@@ -33,7 +33,7 @@ def newton_euler_as_printed(body: RigidInertia, w: Vector, Vd: Twist) -> Wrench:
 
 
 def bias_wrench(body: RigidInertia, w: Vector, bias: Twist) -> Wrench:
-    """Wrench beta = -[w x (w x MS); w x (J w)] - JJ bias [14], for a V' whose bias is taken apart.
+    """Wrench beta = -[w x (w x MS); w x (J w)] - JJ bias [14], for a V' split into bias and remainder.
 
     With a bias of zero it is the printed form.
     """

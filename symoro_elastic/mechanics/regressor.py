@@ -34,11 +34,11 @@ WRENCH = ("FX", "FY", "FZ", "CX", "CY", "CZ")
 Column: TypeAlias = dict[int, Scalar]
 """Entries of a column of Y by joint; joints that are missing have a zero."""
 Wanted: TypeAlias = Mapping[int, Sequence[str]]
-"""For each link the names of the parameters that are asked for."""
+"""Names of the requested parameters by link."""
 
 
 def body_of(parameters: Mapping[str, Scalar]) -> RigidInertia:
-    """The body that has these inertial parameters; those that are not named are zero."""
+    """The body with these inertial parameters; others are zero."""
     moments = Vector(*(parameters.get(name, 0) for name in MOMENTS))
     inertia = Symmetric(*(parameters.get(name, 0) for name in INERTIA))
     return RigidInertia(parameters.get("M", 0), moments, inertia)
@@ -50,7 +50,7 @@ def parameters_of(body: RigidInertia) -> dict[str, Scalar]:
 
 
 def inertial_columns(mechanism: Mechanism, found: Dynamics, wanted: Wanted) -> Iterator[tuple[int, str, Column]]:
-    """(j, parameter, column of Y): the torques for a unit of one inertial parameter of link j.
+    """(j, parameter, column of Y): the torques per unit of an inertial parameter of link j.
 
     `found` are the velocities and accelerations [3], [6] of every link, all accelerations known.
     """
@@ -81,7 +81,7 @@ def torques(mechanism: Mechanism, j: int, wrench: Wrench) -> Column:
 
 
 def energies(mechanism: Mechanism, qd: Scalars, gravity: Vector, wanted: Wanted) -> Iterator[tuple[int, str, Scalar]]:
-    """(j, parameter, entry of h): kinetic and gravity energy of a unit of one inertial parameter of link j.
+    """(j, parameter, entry of h): kinetic and gravity energy per unit of an inertial parameter of link j.
 
     `gravity` is in frame 0. Energies are zero with every centre of mass at the origin of frame 0, at rest.
     """

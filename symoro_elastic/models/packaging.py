@@ -1,11 +1,13 @@
-"""Conversion of a machine and its traced models to a package for the targets."""
+"""The models of a scene, restricted and traced, as a package for the targets."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
@@ -13,15 +15,19 @@ from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.codegen.time_steps import CLOSED
 from symoro_elastic.machine.arguments import arguments, known_of_base
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons, why_no_joint, why_no_machine
-from symoro_elastic.machine.scene import RequestedPart
-from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.machine.restrict import names_to_fold, restrict
+from symoro_elastic.machine.scene import INERTIA, RequestedPart, Scene
+from symoro_elastic.machine.series_springs import condense
+from symoro_elastic.models.bound.model import Frame, Pivots
+from symoro_elastic.models.bound.model import Result as TracedResult
+from symoro_elastic.models.bound.state import rows_carried
 from symoro_elastic.models.drives.drive_states import state_names
-from symoro_elastic.models.model import Pivots
-from symoro_elastic.models.model import Result as TracedResult
-from symoro_elastic.models.state import rows_carried
-from symoro_elastic.quantities.frames import frame_names
+from symoro_elastic.models.parameters.base_parameters import GroupingOf, grouping_of_tree
+from symoro_elastic.models.programs.catalogue import BY_INERTIA, MODELS, Model, TracedModel, trace_scene
+from symoro_elastic.models.steps.time_steps import models_of_steps
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import NamedConstant
 
@@ -40,7 +46,7 @@ DERIVED = {
 }
 """Quantities of the equations that may be constant, by the letters of their names."""
 STRUCTURAL = (0, 1, 2, Fraction(1, 2))
-"""Numbers that belong to the equations; those of a machine that are equal to them are not told apart."""
+"""Numbers of the equations themselves; equal numbers of a machine are not named."""
 _NAME = re.compile(r"(?P<letters>[A-Za-z]+)\d+(?P<composite>_c)?_?(?P<component>\w*)", re.ASCII)
 
 KEYWORD = "it is a keyword of C, C++ or Python"
@@ -49,16 +55,16 @@ KEYWORD = "it is a keyword of C, C++ or Python"
 def package(
     machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "", steps: Sequence[str] = ()
 ) -> Package:
-    """The package of these models of a machine; raises `InputError` for reserved names."""
+    """The package of traced models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine)
-    coupled = machine.is_coupled
+    coupled, names = machine.is_coupled, FrameNames(machine)
     return Package(
         name=machine.name,
         scene=scene,
         axes=_axes(machine, machine.independent),
         motors=machine.motor_entries,
         elastic=machine.elastic_entries,
-        frames=tuple(joint.name for joint in machine.joints),
+        frames=tuple(map(names.name, names.all())),
         joint_names=(*(joint.name for joint in machine.joints), *_point_names(machine, traced)),
         parameters=tuple(
             ParameterValue(p.name, math.nan if p.value is None else p.value.value(), p.unit)
@@ -74,12 +80,12 @@ def package(
         following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
         steps=tuple(steps),
         state=_state(machine),
-        states=state_names(machine, any(one.model.name == CLOSED for one in traced)),
+        states=state_names(machine, any(model.model.name == CLOSED for model in traced)),
     )
 
 
 def _state(machine: Machine) -> tuple[Argument, ...]:
-    """The blocks of the state that time steps take further, with their lengths."""
+    """The blocks of the state that time steps integrate, with their lengths."""
     entries = arguments(machine)
     return tuple(Argument(row, len(entries[row.name])) for row in rows_carried(machine))
 
@@ -91,15 +97,16 @@ def _axes(machine: Machine, joints: Sequence[int]) -> tuple[Axis, ...]:
 
 
 def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, ...]:
-    """Options that shaped the code: scene, base inertial parameters, folded parameters."""
-    found = [scene] if scene else []
-    found += ["base inertial parameters"] if machine.is_grouped else []
-    found += [f"constants: {', '.join(folded)}"] if folded else []
-    return tuple(found)
+    """Options of the generated code: scene, gravity, base inertial parameters, folded parameters."""
+    options = [*([scene] if scene else []), machine.gravity_in_words]
+    options += ["base inertial parameters"] if machine.is_grouped else []
+    options += [f"constants: {', '.join(folded)}"] if folded else []
+    return tuple(options)
 
 
 def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> Function:
     model, program = traced.model, traced.program
+    frames_placed = [frame for result in traced.results.values() if result.rows is None for frame in result.frames]
     return Function(
         model.name,
         model.title,
@@ -119,6 +126,7 @@ def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> F
         _divides(machine, model),
         model.least_bits,
         constants_of(machine, traced, folded),
+        placed=_frame_name(machine, frames_placed[0]) if frames_placed else "",
     )
 
 
@@ -133,20 +141,22 @@ def _divides(machine: Machine, model: Model) -> bool:
 
 def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
     """Labels of the first axis of a result: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
-    names = frame_names(joint.name for joint in machine.joints)
+    names = FrameNames(machine)
     if not result.frames:
-        return tuple(names[j] for j in result.rows or ())
-    return tuple(
-        str(RequestedPart(names[f.number], f.at, None if f.seen_from is None else names[f.seen_from]))
-        for f in result.frames
-    )
+        return tuple(map(names.joint, result.rows or ()))
+    return tuple(_frame_name(machine, frame) for frame in result.frames) if result.rows is not None else ()
+
+
+def _frame_name(machine: Machine, frame: Frame) -> str:
+    name = FrameNames(machine).name
+    return str(RequestedPart(name(frame.number), frame.at, None if frame.seen_from is None else name(frame.seen_from)))
 
 
 def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, ...]:
     """Points of frames that have equations, in the order of their numbers."""
-    names = frame_names(joint.name for joint in machine.joints)
+    name = FrameNames(machine).name
     return tuple(
-        str(RequestedPart(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=())
+        str(RequestedPart(name(j), at)) for j, at in max((model.points for model in traced), key=len, default=())
     )
 
 
@@ -174,21 +184,25 @@ def constants_of(machine: Machine, traced: TracedModel, folded: Sequence[str]) -
     A cell that is nothing but a folded parameter has the parameter's name.
     """
     values = _values(machine, folded)
-    found = [*_of_base(machine, values)]
+    constants: list[Constant] = []
+    for axis, formula in zip("xyz", machine.base.gravity, strict=True):
+        value = _exact(formula, values)
+        magnitude = None if value is None else abs(value)
+        constants += _cell(f"gravity_{axis}", formula, magnitude, None, f"gravity along {axis}0, magnitude", "m/s2")
     for j, joint in enumerate(machine.joints, start=1):
-        found += _of_joint(j, joint, values)
-    found += [c for known in traced.program.named_constants for c in _derived(machine, known)]
-    return tuple(c for c in found if isinstance(c.value, Expression) or abs(c.value) not in STRUCTURAL)
+        constants += _of_joint(j, joint, values)
+    constants += [c for constant in traced.program.named_constants for c in _derived_constants(machine, constant)]
+    return tuple(c for c in constants if isinstance(c.value, Expression) or abs(c.value) not in STRUCTURAL)
 
 
 def _values(machine: Machine, folded: Sequence[str]) -> dict[str, Fraction]:
-    given = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
-    exact = {name: _exact(formula, {}) for name, formula in given.items()}
+    formulas = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
+    exact = {name: _exact(formula, {}) for name, formula in formulas.items()}
     return {name: value for name, value in exact.items() if value is not None}
 
 
 def _exact(formula: Formula, values: Mapping[str, Fraction]) -> Fraction | None:
-    """Return the rational number of a cell; None where it is not one."""
+    """Return the rational value of a cell; None for other values."""
     try:
         value = formula.evaluate(values, dict.fromkeys(FUNCTIONS, _irrational), Fraction)
     except (ArithmeticError, FormulaError, KeyError, ValueError):
@@ -198,11 +212,6 @@ def _exact(formula: Formula, values: Mapping[str, Fraction]) -> Fraction | None:
 
 def _irrational(*_: object) -> None:
     raise ValueError
-
-
-def _of_base(machine: Machine, values: Mapping[str, Fraction]) -> Iterator[Constant]:
-    for axis, formula in zip("xyz", machine.base.gravity, strict=True):
-        yield from _cell(f"gravity_{axis}", formula, values, None, f"gravity along {axis}0, magnitude", "m/s2", abs)
 
 
 def _of_joint(j: int, joint: Joint, values: Mapping[str, Fraction]) -> Iterator[Constant]:
@@ -225,34 +234,26 @@ def _of_joint(j: int, joint: Joint, values: Mapping[str, Fraction]) -> Iterator[
         ("M", joint.body.mass, "mass", "kg"),
     )
     for letters, formula, meaning, unit in rows:
-        yield from _cell(f"{letters}{j}", formula, values, j, meaning, unit)
+        yield from _cell(f"{letters}{j}", formula, _exact(formula, values), j, meaning, unit)
 
 
 def _cell(
-    name: str,
-    formula: Formula,
-    values: Mapping[str, Fraction],
-    joint: int | None,
-    meaning: str,
-    unit: str,
-    sign: Callable[[Fraction], Fraction] = Fraction,
+    name: str, formula: Formula, value: Fraction | None, joint: int | None, meaning: str, unit: str
 ) -> Iterator[Constant]:
-    value = _exact(formula, values)
     if value is not None:
-        named = str(formula.tree[1]) if formula.tree[0] == "name" else name
-        yield Constant(named, sign(value), joint, meaning, unit)
+        yield Constant(str(formula.tree[1]) if formula.tree[0] == "name" else name, value, joint, meaning, unit)
 
 
-def _derived(machine: Machine, constant: NamedConstant) -> Iterator[Constant]:
-    """A quantity of the equations, where this module knows what it means."""
+def _derived_constants(machine: Machine, constant: NamedConstant) -> Iterator[Constant]:
+    """Named constants of the equations whose meaning is in `DERIVED`."""
     joint, name = constant.label.section.joint, constant.label.name
-    found = _NAME.fullmatch(name)
-    if not found or not joint or joint > len(machine.joints) or found["letters"] not in DERIVED:
+    match = _NAME.fullmatch(name)
+    if not match or not joint or joint > len(machine.joints) or match["letters"] not in DERIVED:
         return
-    letters, component = found["letters"], found["component"]
+    letters, component = match["letters"], match["component"]
     words = [DERIVED[letters]]
     words += [component.upper()] if letters in ("MS", "J") and component else []
-    words += ["with all it carries"] if found["composite"] else []
+    words += ["with all it carries"] if match["composite"] else []
     yield Constant(name, constant.value, joint, " ".join(words), _unit(letters, component, machine.joints[joint - 1]))
 
 
@@ -265,3 +266,59 @@ def _unit(letters: str, component: str, joint: Joint) -> str:
         return along[joint.sigma == 1, int(component) > 3]
     units = {"MS": "kg m", "J": "kg m2", "dJ": "kg m2", "M": "kg", "H": inertia, "P": "m", "rho": ""}
     return units.get(letters, f"1/{inertia}" if inertia == "kg" else "1/(kg m2)")
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """The models of a scene as programs; `whole` is the unrestricted machine."""
+
+    whole: Machine
+    scene: Scene
+    models: Sequence[TracedModel]
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine restricted to the scene."""
+        return restrict(self.whole, self.scene)
+
+    @cached_property
+    def folded(self) -> tuple[str, ...]:
+        """Names of the parameters that are constants in the programs."""
+        return names_to_fold(self.whole, self.scene)
+
+    @cached_property
+    def package(self) -> Package:
+        """The package for the targets; raises `InputError` for reserved names."""
+        notes = condense(self.whole).notes if self.scene.condense else ()
+        scene = ", ".join(filter(None, (summary(self.scene, self.models), *notes)))
+        return package(self.machine, self.models, self.folded, scene, self.scene.steps)
+
+
+def trace_models(machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree) -> Traced:
+    """The programs of the models of a scene; raises `InputError`."""
+    return with_steps(machine, scene, trace_scene(machine, scene, grouping_of))
+
+
+def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) -> Traced:
+    """The programs of `models` and of the models that the time steps of the scene call."""
+    complete = [model for model in models if model.whole]
+    called = models_of_steps(restrict(machine, scene), scene.steps, names_to_fold(machine, scene), complete)
+    return Traced(machine, scene, [*models, *called])
+
+
+def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
+    """Summary of a scene and its models; empty for an unrestricted machine."""
+    parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
+    parts += [f"{name} static, held {_position(value)}" for name, value in scene.static.items()]
+    parts += [f"without {', '.join(scene.zero)}"] if scene.zero else []
+    parts += ["without gravity"] if not scene.gravity else []
+    if scene.form == INERTIA:
+        by_inertia = [model.model.name for model in models if model.model.name in BY_INERTIA]
+        parts += [f"{name} through the inertia matrix" for name in by_inertia]
+    if any(model.merged for model in models):
+        parts.append(f"angles are summed: valid for |q| <= {scene.merge_angles:g} rad")
+    return ", ".join(parts)
+
+
+def _position(value: Formula | None) -> str:
+    return "where its spring is neutral" if value is None else f"at {value}"

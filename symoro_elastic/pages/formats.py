@@ -1,20 +1,19 @@
-"""The reference of the file formats as Markdown: made of the rows that the readers read by."""
+"""The reference of the file formats as Markdown, from the rows of the readers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS
-from symoro_elastic.analysis.updating.tables import FREQUENCY_UNITS, PHASE_UNITS, RATIO_UNITS, TIME_UNITS
+from symoro_elastic.analysis.time_series.measurements import NAMED_COLUMNS
 from symoro_elastic.formats.par.keys import KEYS, Place
 from symoro_elastic.formats.reading import FORMATS
-from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES
+from symoro_elastic.formats.robots.standard_dh import COLUMNS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
 from symoro_elastic.formats.toml.motion_keys import OF_MOTION
 from symoro_elastic.formats.toml.vibration_tests import TESTS
 from symoro_elastic.machine.formula import FUNCTIONS, PI
-from symoro_elastic.quantities.units import SI
+from symoro_elastic.quantities.unit_reader import CUSTOMARY, PREFIXES, SI
 
 URDF = """## Robots in URDF (`.urdf`)
 
@@ -28,7 +27,7 @@ rounding; `convert --snap` makes it simpler, `--elastic JOINT=K:IA` puts springs
 | `floating` | the base floats: for the only child of the root. `planar` is refused |
 | `<axis>` | direction, of any length but 0 |
 | `<dynamics>` | `damping`: viscous friction, `friction`: dry friction |
-| `<limit>` | limits: `lower upper`, `velocity`, `effort`, `acceleration`; no room, 1e9 or more stand for none |
+| `<limit>` | limits: `lower upper`, `velocity`, `effort`, `acceleration`; an empty range, 1e9 or more mean none |
 | `<mimic>` | a coupled row, `multiplier` times the variable of the other joint plus `offset` |
 | `<transmission>` | `drake:rotor_inertia` times the square of `drake:gear_ratio`: rotor inertia |
 
@@ -38,20 +37,23 @@ parameters; a link has the frame of its row. Limits are written as the machine h
 """
 MJCF = """## Robots in MJCF (`.xml`)
 
-Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), and written without it: [what
+Read by every command through the package mujoco (`pip install '.[mjcf]'`), and written without it: [what
 becomes of its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is
 that of `<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of
 bodies that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`. Limits of
 positions are `range`; of torques `forcerange`, and `ctrlrange` of plain motors, times the gear, within
 `actuatorfrcrange`.
 """
-DISTAL = """## Standard Denavit-Hartenberg tables (`.csv`)
+DISTAL = """## Denavit-Hartenberg tables (`.csv`)
 
-A header line that names the columns, then a row for each joint of a chain, separated by commas: A = Rot(z, theta)
-Trans(z, d) Trans(x, a) Rot(x, alpha), the joint about or along z of the frame before, the link in the frame after.
-Cells are numbers or formulas of numbers, empty ones zero; lines that begin with # are comments. A unit may follow the
-name of a column in brackets: {units}. The last frame is `tool`, gravity is
-[0, 0, -9.81]. Such tables are read, not written; the machine has the modified parameters of the same robot.
+A header line that names the columns, then a row for each joint of a chain, separated by commas. In the standard
+(distal) convention A = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), the joint about or along z of the frame
+before, the link in the frame after; a line `# convention = modified` above the table says that A = Rot(x, alpha)
+Trans(x, a) Rot(z, theta) Trans(z, d), the joint about or along z of the frame after. Without such a line, or a column
+`convention`, a warning names the convention by which the table is read. Fixed rows place a base or a tool. Cells are
+numbers or formulas of numbers, empty ones zero; other lines that begin with # are comments. A unit may follow the name
+of a column in brackets, `alpha [deg]`. The last frame is `tool`; gravity is [0, 0, -9.81], or that of a line
+`# gravity = 0, -9.81, 0`. Such tables are read, not written; the machine has the modified parameters of the same robot.
 """
 
 INTRODUCTION = f"""# File formats
@@ -63,15 +65,33 @@ file.
 
 Quantities are in SI units, angles in rad: where a unit reads "N m/rad or N/m", the first is that of a revolute, the
 second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N/um"`, `"30 deg"` or, as a table,
-`{{ value = 350, unit = "mm" }}`: it is converted, and checked by its dimension; units are products and powers of
-{", ".join(SI)}, with prefixes, and t, deg, rev, rpm, min, h, inch. A *formula* is a text such as
+`{{ value = 350, unit = "mm" }}`: it is converted, and checked by its dimension. [Units](#units) are the same in all
+files and on the command line. A *formula* is a text such as
 `"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]}, `+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins
 with a letter; letters, digits and single underscores follow; words of the generated languages are refused.
 
-Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
+Every key is in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
 `examples/backlash.toml`, `examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`,
 `examples/scenes/puma_within.toml`, `examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`,
 `examples/lathe_tests/tests.toml`, `examples/two_axis_tests/tests.toml`.
+"""
+UNITS = f"""## Units
+
+Products and powers of {", ".join(SI)}, with the prefixes {" ".join(PREFIXES)}, and of {", ".join(CUSTOMARY)}, and
+their names in full. Products have a space or one of `* . -` and the middle dot between words, one word or brackets
+follow a slash: `kg m2`, `kgcm2`, `N m/(rad s)`, `mV/min-1`, `V/1000 rpm`, `1/s`. Signs are read: superscripts, the
+degree, micro and ohm sign, `'` for arcmin, `"` for arcsec. What is not known, or has two meanings, is refused.
+
+| where | what is read |
+| --- | --- |
+| rad per time, or per rad, is needed | `min-1`, `1/min` and `Hz` are turns, 3000 min-1 is 314.159 rad/s; not `1/s` |
+| 1/s is needed (Kv) | `1/s`, `1/min`, `rad/s`; `Hz` and `rpm` are refused |
+| Hz is needed | `Hz`, `rad/s`, `rpm`, `1/min`; `1/s` is refused |
+| rad with units of force is needed | rad may be left out: `N m s` is N m s/rad |
+| a force or an acceleration is needed | `lb`, `oz` are weights, `g` is 9.80665 m/s2; else they are masses |
+| a number is needed | `%` |
+| labels of universal files | case does not count |
+
 """
 TOML = """## Machine file in TOML (`.toml`)
 
@@ -81,7 +101,7 @@ The joint variable is the one name in the cell that sigma selects (theta or r) w
 
 A cell may hold the variables of other joints, of rows above or below: `theta = "q4 + N*q2"` is the joint's own variable
 plus a formula of others, with `sin cos tan sqrt atan2` too. Its own is the name that no other joint owns; where several
-are new, `variable` says which. Names stand for variables, not for positions of joints: a formula repeats what its
+are new, `variable` says which. Names mean variables, not positions of joints: a formula repeats what its
 leader adds. A joint without a variable of its own is `kind = "coupled"`.
 
 | to say | write |
@@ -167,7 +187,7 @@ begins, and no others, so every line of TOML is a comment of its own.
 A row of `joints` is given for each joint or for none, with `name` and, where several names in its cell may be meant,
 `variable`. Where cut joints are not the last rows of a table, `joints` has its order and `[loops]` names `cut` and
 `meets`; else both may be left out. `[parameters]` orders the parameters where it names all of them. A number stands in
-a list or in TOML, not in both; a body about its centre of mass stands in both, and they must agree. `IA` of a row with
+a list or in TOML, not in both; a body about its centre of mass is in both, and they must agree. `IA` of a row with
 a `ratio` in TOML is that of the rotor's own axis: SYMORO, which skips the ratio, needs ratio^2 IA there. In texts `*)`
 is written `*\\u0029`.
 
@@ -192,8 +212,10 @@ SERIES = """## Motions and measurements (`.csv`, `.npz`)
 
 A `.csv` file has one header line that names the columns, then a line for each sample, separated by commas; semicolons
 or tabs are read as well, and decimal commas between them. A joint is called by its name or by its variable. A unit may
-follow in brackets, as in `q_elbow [deg]`, or all of them in a second line: the column is converted; without, it is in
-SI units. Other columns are skipped with a warning. `excite` and `feed-forward` write such files; `identify`,
+follow, as in `q_elbow [deg]`, `q_elbow (deg)` or `q_elbow/deg`, or all of them in a second line: the column is
+converted; without, it is in SI units. Other columns are skipped with a warning. Spaces between columns, comment lines
+and a header behind `#`, lines above it, and UTF-16 are read; a last line that is cut is left out with a note. `excite`
+and `feed-forward` write such files; `identify`,
 `compare --motion` and `feed-forward` read them.
 
 A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q` (N x joints that move), `tau`
@@ -211,8 +233,9 @@ Frequencies increase. The line at 0 Hz, and lines that are nan, are left out wit
 A ring-down becomes natural frequencies, damping ratios and shapes with standard deviations, by least squares, which are
 those of white noise. Modes that do not decay in the record are left out with a note.
 
-A universal file holds frequency responses (data set 58, function 4) and their coherences (function 6); reading it needs
-the package pyuff (`pip install 'symoro-elastic[uff]'`). `rename` names nodes and directions, `"3:+Z/1:-RX"`, S for a
+A universal file holds frequency responses (data set 58, function 4) and their coherences (function 6), or modes (data
+sets 55; `rename` names nodes and directions of shapes, `"3:+Z" = "tool.az"`); reading it needs the package pyuff
+(`pip install '.[uff]'`). `rename` names nodes and directions, `"3:+Z/1:-RX"`, S for a
 scalar. Units are those of its labels, else those of its data types in its system of units (data set 164), else SI;
 one in `rename` replaces them. The format has six digits for frequencies.
 """
@@ -220,12 +243,8 @@ COLUMN = ("column", "units", "meaning", "example")
 HEAD = ("key", "type", "unit", "default", "meaning", "example")
 
 
-def _units(*known: Iterable[str]) -> str:
-    return ", ".join(unit for units in known for unit in units)
-
-
 TEST_COLUMNS = (
-    ("`f`", _units(FREQUENCY_UNITS), "frequency", "`f [Hz]`"),
+    ("`f`", "Hz", "frequency", "`f [Hz]`"),
     (
         "`re OUT/IN`, `im OUT/IN`",
         "of OUT over IN",
@@ -233,24 +252,25 @@ TEST_COLUMNS = (
         "`re tool.ax/tool.fx [g/N]`",
     ),
     ("`mag OUT/IN`", "of OUT over IN, dB, dB re a unit", "amplitude", "`mag tool.ax/tool.fx [dB re 1 g/N]`"),
-    ("`phase OUT/IN`", _units(PHASE_UNITS), "phase; the unit must be given", "`phase tool.ax/tool.fx [deg]`"),
-    ("`coherence OUT/IN`", _units(RATIO_UNITS), "coherence, 0 to 1", "`coherence tool.ax/tool.fx`"),
-    ("`frequency`", _units(FREQUENCY_UNITS), "natural frequencies, in a file without `f`", "`frequency [Hz]`"),
-    ("`damping_ratio`", _units(RATIO_UNITS), "their damping ratios; nan: unknown", "`damping_ratio [%]`"),
-    ("`std_frequency`", _units(FREQUENCY_UNITS), "standard deviations of frequencies", "`std_frequency [Hz]`"),
-    ("`std_damping`", _units(RATIO_UNITS), "standard deviations of damping ratios", "`std_damping [%]`"),
+    ("`phase OUT/IN`", "rad", "phase; the unit must be given", "`phase tool.ax/tool.fx [deg]`"),
+    ("`coherence OUT/IN`", "1", "coherence, 0 to 1", "`coherence tool.ax/tool.fx`"),
+    ("`frequency`", "Hz", "natural frequencies, in a file without `f`", "`frequency [Hz]`"),
+    ("`damping_ratio`", "1", "their damping ratios; nan: unknown", "`damping_ratio [%]`"),
+    ("`std_frequency`", "Hz", "standard deviations of frequencies", "`std_frequency [Hz]`"),
+    ("`std_damping`", "1", "standard deviations of damping ratios", "`std_damping [%]`"),
     ("`OUT`", "of OUT", "amplitudes of the modes there, each mode to any scale", "`-tool.ax`"),
-    ("`t`", _units(TIME_UNITS), "even time of a ring-down from the stop on, beside columns `OUT`", "`t [ms]`"),
+    ("`t`", "s", "even time of a ring-down from the stop on, with columns `OUT`", "`t [ms]`"),
 )
 """Columns of measured responses and modes: name, units, meaning, example."""
 SCENES = (SCENE, *OF_MOTION)
-"""The tables that may stand in a file of their own, too."""
+"""The tables that may also be in a separate file."""
 
 
 def formats_page() -> str:
     """Return the page about files, as Markdown."""
     blocks = [
         INTRODUCTION,
+        UNITS,
         _table(("format of machines", "files", ""), _formats()),
         TOML,
         *(block for section in SECTIONS if section not in SCENES for block in _section(section)),
@@ -289,7 +309,7 @@ def _section(section: Section) -> list[str]:
 
 
 def _par() -> Iterator[str]:
-    """Heading and table of the keys of each place of a .par file."""
+    """Heading and table of the keys of the places of a .par file."""
     for place in Place:
         yield f"### {place.value[0].upper()}{place.value[1:]}"
         rows = ((f"`{k.name}`", k.unit, k.default, k.meaning, f"`{k.example}`") for k in KEYS if k.place is place)
@@ -299,7 +319,7 @@ def _par() -> Iterator[str]:
 def _columns() -> Iterator[Sequence[str]]:
     """Rows of the columns of motions and measurements."""
     for column in NAMED_COLUMNS:
-        yield f"`{column.name}`", ", ".join(column.units), column.meaning, f"`{column.example}`"
+        yield f"`{column.name}`", column.unit, column.meaning, f"`{column.example}`"
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -312,8 +332,7 @@ def _robot_blocks() -> Iterator[str]:
     """The sections on URDF, on MJCF and on distal tables."""
     yield URDF
     yield MJCF
-    units = ", ".join(f"[{other}] for [{unit}]" for unit, others in SCALES.items() for other in others)
-    yield DISTAL.replace("{units}", units)
+    yield DISTAL
 
 
 def distal_columns() -> Iterator[Sequence[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import groupby
 
-from symoro_elastic.models.catalogue import MODELS, Model
+from symoro_elastic.models.programs.catalogue import MODELS, Model
 from symoro_elastic.pages.show import NOTES
 from symoro_elastic.quantities import INTERMEDIATES
 

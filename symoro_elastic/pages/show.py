@@ -9,8 +9,8 @@ from typing import Any
 
 from symoro_elastic.codegen.package_context import SINGULAR
 from symoro_elastic.foundation.results import Table, plain
-from symoro_elastic.models.catalogue import MODELS, Model
-from symoro_elastic.models.joint_axes import PlacedMachine
+from symoro_elastic.models.bound.joint_axes import PlacedMachine
+from symoro_elastic.models.programs.catalogue import MODELS, Model
 from symoro_elastic.quantities import MOTION
 
 MOVES = ("turns about", "slides along", "is fixed, z:")
@@ -21,36 +21,36 @@ DIRECTIONS: dict[tuple[float, ...], str] = {
 ROUNDING = 1e-12
 
 
-def axes_table(placed: PlacedMachine, title: str = "") -> Table:
-    """Return origin and axis of each joint in frame 0; `-` where they depend on parameters without value."""
+def axes_table(placement: PlacedMachine, title: str = "") -> Table:
+    """Return origin and axis of the joints in frame 0; `-` if they depend on parameters without value."""
     table = Table(("j", "name", "q", "origin x, m", "y, m", "z, m", "it", "this axis"), title=title, keys=2)
-    size = max((abs(x) for one in placed.joints for x in one.origin if not math.isnan(x)), default=0.0)
-    for j, one in enumerate(placed.joints, start=1):
-        q = _number(placed.q[one.joint.name]) if one.joint.name in placed.q else ""
-        origin = (_number(_cleared(x, size)) for x in one.origin)
-        table.add_row(str(j), one.joint.name, q, *origin, MOVES[one.joint.sigma], _direction(one.axis))
+    size = max((abs(x) for joint in placement.joints for x in joint.origin if not math.isnan(x)), default=0.0)
+    for j, joint in enumerate(placement.joints, start=1):
+        q = _number(placement.q[joint.joint.name]) if joint.joint.name in placement.q else ""
+        origin = (_number(_without_rounding(x, size)) for x in joint.origin)
+        table.add_row(str(j), joint.joint.name, q, *origin, MOVES[joint.joint.sigma], _direction(joint.axis))
     return table
 
 
-def position_json(placed: PlacedMachine) -> dict[str, float | None]:
+def position_json(placement: PlacedMachine) -> dict[str, float | None]:
     """Return the position by joint, rad or m."""
-    return dict(plain(placed.q))
+    return dict(plain(placement.q))
 
 
-def axes_json(placed: PlacedMachine) -> dict[str, Any]:
-    """Return origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
-    return {one.joint.name: {"origin": plain(one.origin), "axis": plain(one.axis)} for one in placed.joints}
+def axes_json(placement: PlacedMachine) -> dict[str, Any]:
+    """Return origin, m, and axis of the joints in frame 0, null if they depend on parameters without value."""
+    return {joint.joint.name: {"origin": plain(joint.origin), "axis": plain(joint.axis)} for joint in placement.joints}
 
 
 def _direction(axis: Sequence[float]) -> str:
-    x, y, z = (_cleared(x, 1.0) for x in axis)
+    x, y, z = (_without_rounding(x, 1.0) for x in axis)
     return DIRECTIONS.get((x, y, z)) or f"{_number(x)}, {_number(y)}, {_number(z)}"
 
 
-def _cleared(x: float, size: float) -> float:
-    """A number; the nearest whole one where only rounding of numbers of this size lies between."""
-    whole = 0.0 if math.isnan(x) else float(round(x))
-    return whole if abs(x - whole) <= ROUNDING * size else x
+def _without_rounding(x: float, size: float) -> float:
+    """Return the nearest integer if a number differs from it by rounding alone, else the number."""
+    rounded = 0.0 if math.isnan(x) else float(round(x))
+    return rounded if abs(x - rounded) <= ROUNDING * size else x
 
 
 def _number(x: float) -> str:
@@ -65,8 +65,8 @@ def catalogue_json() -> dict[str, Any]:
                 "title": model.title,
                 "family": model.family,
                 "equations": model.equations,
-                "arguments": {name: _described(model, name) for name in model.arguments},
-                "results": {name: _described(model, name) for name in model.results},
+                "arguments": {name: _description(model, name) for name in model.arguments},
+                "results": {name: _description(model, name) for name in model.results},
             }
             for model in MODELS.values()
         },
@@ -74,7 +74,7 @@ def catalogue_json() -> dict[str, Any]:
     }
 
 
-def _described(model: Model, name: str) -> list[str]:
+def _description(model: Model, name: str) -> list[str]:
     """Shape and meaning of an argument or result."""
     row = model.quantity(name)
     return [row.shape, row.sentence]
@@ -82,13 +82,13 @@ def _described(model: Model, name: str) -> list[str]:
 
 def catalogue_lines(width: int) -> list[str]:
     """Return every model with its arguments and equations, then a line or two for each of its results."""
-    rows = [(name, *_described(model, name)) for model in MODELS.values() for name in model.results]
+    rows = [(name, *_description(model, name)) for model in MODELS.values() for name in model.results]
     names, shapes = (max(len(row[k]) for row in rows) for k in (0, 1))
     lines = []
     for model in MODELS.values():
         lines.append(f"{model.name} of {_shown_arguments(model)} {model.equations}".rstrip())
         for name in model.results:
-            shape, meaning = _described(model, name)
+            shape, meaning = _description(model, name)
             head = f"  {name:{names}}  {shape:{shapes}}  "
             lines += textwrap.wrap(head + meaning, width, subsequent_indent=" " * len(head), break_on_hyphens=False)
     return lines

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from symoro_elastic.quantities import closed_chains, controllers, intermediates, signatures, time_steps
+from symoro_elastic.quantities import intermediates, signatures, time_steps
 from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
 from symoro_elastic.quantities.quantity import Intermediate, Quantity, Role, Samples, citation, derivative
 from symoro_elastic.quantities.signatures import HIGHEST_DERIVATIVE, MOTION, VELOCITIES
@@ -50,11 +50,11 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.EXTERNAL,
         signatures.OF_FRICTION,
         signatures.COLUMNS,
-        closed_chains.OF_CLOSED_CHAINS,
+        signatures.OF_CLOSED_CHAINS,
         signatures.OF_STATIC_SPRINGS,
         signatures.OF_MACHINES,
         time_steps.OF_TIME_STEPS,
-        controllers.OF_CONTROLLERS,
+        signatures.OF_CONTROLLERS,
     )
     for row in rows
 }
@@ -67,7 +67,7 @@ ON_BASE: tuple[Quantity, ...] = signatures.ON_BASE
 
 
 def quantity(name: str, own: Iterable[Quantity] = ()) -> Quantity:
-    """The row of an argument or result; `own` are rows that stand for those of the same names.
+    """The row of an argument or result; rows of `own` have precedence.
 
     `dtau_dq` is composed of the rows of tau and q. Raises `LookupError` where no row has the name.
     """
@@ -81,16 +81,16 @@ def quantity(name: str, own: Iterable[Quantity] = ()) -> Quantity:
 
 
 def words() -> Iterator[str]:
-    """Names of arguments that no machine may use."""
+    """Names of arguments, which machines must not use."""
     return (row.name for row in QUANTITIES.values() if row.is_word)
 
 
 def is_intermediate(name: str) -> bool:
-    """Whether a name is, or looks like, one of an intermediate variable."""
+    """Whether a name is, or resembles, one of an intermediate variable."""
     if name.startswith(PREFIXES):
         return True
-    found = re.fullmatch(r"([A-Za-z]+)\d+([a-z]*|_.*)", name, re.ASCII)
-    if not found:
+    match = re.fullmatch(r"([A-Za-z]+)\d+([a-z]*|_.*)", name, re.ASCII)
+    if not match:
         return False
-    has_component = found[2].startswith("_")
-    return any(row.name == found[1] and bool(row.component) == has_component for row in INTERMEDIATES)
+    has_component = match[2].startswith("_")
+    return any(row.name == match[1] and bool(row.component) == has_component for row in INTERMEDIATES)

@@ -1,20 +1,13 @@
-"""Names of frames: `base` is frame 0, others have the name of their joint, `joint base` that of a joint so called."""
-
-from __future__ import annotations
-
-from collections.abc import Iterable
+"""Names of frames: `base` is frame 0, others have names of their own, or those of their joints."""
 
 BASE = "base"
 """Frame 0, and the six rows of a base that moves."""
-JOINT = "joint "
-"""Stands before the name of a joint that could be taken for frame 0; it may stand before any."""
+JOINT, LINK, SITE, ROW = "joint", "link", "site", "row"
+"""What may stand before a name that several frames have: those of a joint, a link or a site of a file, and of a row."""
+OF_FILES = (JOINT, LINK, SITE)
 
 
-def frame_name(joint: str) -> str:
-    """Return the name of the frame of a joint, which is never that of frame 0."""
-    return f"{JOINT}{joint}" if joint == BASE else joint
-
-
-def frame_names(joints: Iterable[str]) -> list[str]:
-    """Return the names of all frames by their numbers, frame 0 first."""
-    return [BASE, *map(frame_name, joints)]
+def kind_and_name(text: str) -> tuple[str, str]:
+    """Return the kind before the name of a frame, empty without one, and the name."""
+    what, _, name = map(str.strip, text.partition(" "))
+    return (what, name) if what in OF_FILES and name else ("", text)

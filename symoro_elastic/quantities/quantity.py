@@ -1,4 +1,4 @@
-"""What is known of one quantity of generated code: name, symbol, unit, shape, meaning, equations, role."""
+"""A quantity of generated code: name, symbol, unit, shape, meaning, equations, role."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from symoro_elastic.quantities.units import PairUnit, Unit
 
 
 class Role(Enum):
-    """What a quantity is in generated code; a column is what derivatives are taken by."""
+    """Role of a quantity in generated code; a column is a variable of derivatives."""
 
     ARGUMENT = "argument"
     RESULT = "result"
@@ -21,7 +21,7 @@ class Role(Enum):
     STATE = "state"
     """A block of the state of a machine: in test states, trajectories and calls."""
     CARRIED = "carried"
-    """A block of the state that a time step takes further."""
+    """A block of the state that a time step advances."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Quantity:
-    """An argument, a result, or what derivatives are taken by."""
+    """An argument, a result, or a variable of derivatives."""
 
     name: str
     meaning: str
@@ -128,11 +128,11 @@ class Intermediate:
     role: Role = Role.INTERMEDIATE
 
     def symbol(self, joint: str = "j", component: str | None = None, part: str = "") -> str:
-        """LaTeX of one component; `part` is the letter of a shared part of it."""
-        shown = (COMPONENTS[self.component][1] if component is None else component).replace("_", ",")
+        """LaTeX of a component; `part` is the letter of a shared part of it."""
+        index = (COMPONENTS[self.component][1] if component is None else component).replace("_", ",")
         above = "".join(x for x in (self.above, rf"\mathrm{{{part}}}" if part else "") if x)
         text = self.base + (f"^{{{above}}}" if above else "") + (f"_{{{self.below}}}" if self.below else "")
-        return text.replace("<", shown[:1]).replace(">", shown[1:]).replace("#", shown).replace("@", joint)
+        return text.replace("<", index[:1]).replace(">", index[1:]).replace("#", index).replace("@", joint)
 
     def match(self, name: str) -> re.Match[str] | None:
         """Joint `j`, component `c` and `part` in a name of this row; None for other names."""
@@ -168,7 +168,7 @@ COMPONENTS = {
     "inverse": ("_inverse", ""),
     "own": ("_x", ""),
 }
-"""Components of a name: what they look like, and the one that stands for all in a list of symbols."""
+"""Components of a name: their appearance, and the representative in a list of symbols."""
 
 
 @cache
@@ -183,7 +183,7 @@ def derivative(of: Quantity, by: Quantity, note: str = "") -> Quantity:
     return Quantity(
         f"d{of.name}_d{by.name}",
         f"derivatives of {of.plural} by {columns}{note}",
-        rf"[\partial{_spaced(of)}/\partial{_spaced(by)}]",
+        rf"[\partial{_with_space(of)}/\partial{_with_space(by)}]",
         unit,
         f"{of.shape} x {by.shape}",
         (Role.RESULT,),
@@ -192,7 +192,7 @@ def derivative(of: Quantity, by: Quantity, note: str = "") -> Quantity:
     )
 
 
-def _spaced(quantity: Quantity) -> str:
+def _with_space(quantity: Quantity) -> str:
     """The symbol as it may follow a command of LaTeX."""
     return quantity.letter if quantity.letter.startswith("\\") else f" {quantity.letter}"
 

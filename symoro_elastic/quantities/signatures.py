@@ -136,4 +136,30 @@ OF_MACHINES = (
     Quantity("X", "base inertial parameters; sums that are zero by the numbers of the table are left out", "X", None,
              "parameters", RESULT, equations=(13,)),
 )
+OF_CLOSED_CHAINS = (
+    Quantity("q_dep", "variables of the joints that loops make dependent", "d", POSITION, "d", (*BOTH, *CARRIED),
+             plural="dependent variables"),
+    Quantity("x", "joint coordinates of all joints, dependent ones too", "x", POSITION, "joints", RESULT),
+    Quantity("residual", "length of the closing errors of all loops: distances in m and small angles in rad", "r", None,
+             "1", RESULT),
+    Quantity("S", "derivatives of the positions of all joints by q", "S", VELOCITY / VELOCITY, "joints x n", RESULT,
+             note="the velocity of a joint is its row of S times qd", says_unit=False),
+    Quantity("gam", "accelerations of all joints where qdd is zero", r"\gamma", ACCELERATION, "joints", RESULT),
+    Quantity("mu", "force, then moment, that the body of the frame met exerts on that of each cut joint", r"\mu", FORCE,
+             "loops x 6", RESULT, frame="at the cut joint, in axes of the frame met",
+             note="components that the loop leaves undetermined are zero"),
+    Quantity("lam", "forces that couplings exert on the joints that have no variable of their own", r"\lambda", FORCE,
+             "joints", RESULT),
+)
+OF_CONTROLLERS = (
+    Quantity("measured", "measured positions that are controlled, over what they change with their motors", "q^{c}",
+             POSITION, "m", ARGUMENT, entries="qc@"),
+    Quantity("speed", "measured velocities of the motors", "v^{c}", VELOCITY, "m", ARGUMENT, entries="vc@"),
+    Quantity("r", "set points of the motors", "r", POSITION, "m", ARGUMENT, entries="rs@"),
+    Quantity("rd", "velocities of the set points", r"\dot{r}", VELOCITY, "m", ARGUMENT, entries="rsd@"),
+    Quantity("rdd", "accelerations of the set points", r"\ddot{r}", ACCELERATION, "m", ARGUMENT, entries="rsdd@"),
+    Quantity("zc", "states of the controllers", "z", None, "states", BOTH),
+    Quantity("zc_next", "states of the controllers a period later", "z^{+}", None, "states", RESULT),
+    Quantity("u", "set points of the torques, held over a period", "u", FORCE, "m", RESULT),
+)
 # fmt: on

@@ -12,54 +12,37 @@ from functools import cache, partial
 from typing import Any, Generic, TypeVar
 
 from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.expression import Constant, Expression, Graph, Operand, quotient, reachable
 from symoro_elastic.symbolic.finite_field import Point, Residue, circle_of_pi, circle_of_radians, random_radians
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    COS,
-    COSPI,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-    Functions,
-    Value,
-)
 
-RATIONAL: Functions = {
-    ADD: operator.add,
-    SUBTRACT: operator.sub,
-    MULTIPLY: operator.mul,
-    DIVIDE: operator.truediv,
-    NEGATE: operator.neg,
+RATIONAL: op.Functions = {
+    op.ADD: operator.add,
+    op.SUBTRACT: operator.sub,
+    op.MULTIPLY: operator.mul,
+    op.DIVIDE: operator.truediv,
+    op.NEGATE: operator.neg,
 }
 """The operations that are operators of Python for all numbers."""
 
 
-EXACT: Functions = {**RATIONAL, DIVIDE: quotient}
-"""The same for expressions and exact constants: the quotient of two integers is not a float."""
+EXACT: op.Functions = {**RATIONAL, op.DIVIDE: quotient}
+"""Operations of expressions and exact constants: the quotient of two integers is not a float."""
 
 
-class Library(dict[str, Callable[..., Value]]):
-    """What each operation does: the operators of Python, its `own` functions, and those that `find` gives by name."""
+class Library(dict[str, Callable[..., op.Value]]):
+    """Operations by name: the operators of Python, its `own` functions, and those that `find` returns by name."""
 
-    def __init__(self, find: Callable[[str], Callable[..., Value]], own: Functions | None = None) -> None:
+    def __init__(self, find: Callable[[str], Callable[..., op.Value]], own: op.Functions | None = None) -> None:
         super().__init__({**RATIONAL, **(own or {})})
         self._find = find
 
-    def __missing__(self, operation: str) -> Callable[..., Value]:
+    def __missing__(self, operation: str) -> Callable[..., op.Value]:
         self[operation] = found = self._find(operation)
         return found
 
 
-def library(module: Any, own: Functions | None = None) -> Library:
+def library(module: Any, own: op.Functions | None = None) -> Library:
     """The functions of a module, or of anything else that has them as attributes."""
     return Library(partial(getattr, module), own)
 
@@ -69,37 +52,37 @@ Number = TypeVar("Number")
 
 @dataclass(frozen=True)
 class Arithmetic(Generic[Number]):
-    """How to make a number of an exact rational, and what each operation does."""
+    """Conversion of exact rationals to numbers, and operations by name."""
 
     number: Callable[[Constant], Number]
-    operations: Functions
+    operations: op.Functions
 
 
 def evaluate(
     roots: Iterable[Scalar],
     symbols: Mapping[str, Number],
     arithmetic: Arithmetic[Number],
-    known: Mapping[int, Number] | None = None,
+    known_values: Mapping[int, Number] | None = None,
 ) -> Callable[[Scalar], Number]:
-    """A function giving the value of each root; `symbols` holds the values of the variables.
+    """A function that returns the value of a root; `symbols` holds the values of the variables.
 
-    `known` holds values of nodes, by number, that are not to be computed.
+    `known_values` are values of nodes, by number, that are not computed.
     """
-    return evaluate_nodes(reachable(roots), symbols, arithmetic, known)
+    return evaluate_nodes(reachable(roots), symbols, arithmetic, known_values)
 
 
 def evaluate_nodes(
     nodes: Iterable[Expression],
     symbols: Mapping[str, Number],
     arithmetic: Arithmetic[Number],
-    known: Mapping[int, Number] | None = None,
+    known_values: Mapping[int, Number] | None = None,
 ) -> Callable[[Scalar], Number]:
-    """The same for nodes in order, operands before their users, as `reachable` finds them once for many values."""
-    values, number, operations = dict(known or {}), arithmetic.number, arithmetic.operations
+    """As `evaluate`, for nodes in order, operands before their users: `reachable` finds them once for many values."""
+    values, number, operations = dict(known_values or {}), arithmetic.number, arithmetic.operations
     for node in nodes:
         if node.id in values:
             continue
-        if node.operation == SYMBOL:
+        if node.operation == op.SYMBOL:
             values[node.id] = symbols[node.operands[0]]
         elif len(node.operands) == 2:  # most nodes: written out, they take half of the time
             x, y = node.operands
@@ -109,28 +92,28 @@ def evaluate_nodes(
             operands = [values[x.id] if type(x) is Expression else number(x) for x in node.operands]
             values[node.id] = operations[node.operation](*operands)
 
-    def value(x: Value) -> Number:
+    def value(x: op.Value) -> Number:
         return values[x.id] if type(x) is Expression else number(x)
 
     return value
 
 
-def sign(x: Value) -> Value:
+def sign(x: op.Value) -> op.Value:
     """-1, 0 or 1, and NaN for NaN."""
     return 1 if x > 0 else -1 if x < 0 else x
 
 
-def minimum(x: Value, y: Value) -> Value:
+def minimum(x: op.Value, y: op.Value) -> op.Value:
     """The lesser number; NaN where one is NaN."""
     return x if x < y else y if x >= y else x + y
 
 
-def maximum(x: Value, y: Value) -> Value:
+def maximum(x: op.Value, y: op.Value) -> op.Value:
     """The larger number; NaN where one is NaN."""
     return x if x > y else y if x <= y else x + y
 
 
-ORDERED: Functions = {SIGN: sign, MINIMUM: minimum, MAXIMUM: maximum}
+ORDERED: op.Functions = {op.SIGN: sign, op.MINIMUM: minimum, op.MAXIMUM: maximum}
 """Operations on numbers that can be compared."""
 
 
@@ -139,31 +122,31 @@ def _root(x: float) -> float:
 
 
 FLOATS: Arithmetic[float] = Arithmetic(
-    float, library(math, {**ORDERED, SQRT: _root, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
+    float, library(math, {**ORDERED, op.SQRT: _root, op.PI: lambda: math.pi, op.COSPI: lambda x: math.cos(math.pi * x)})
 )
 """Double precision; the root of a negative number is NaN."""
 
 
 @cache
-def multiprecision(digits: int = 50) -> Arithmetic[Value]:
+def multiprecision(digits: int = 50) -> Arithmetic[op.Value]:
     """Arithmetic with this many decimal digits; the root of a negative number is NaN."""
     import mpmath
 
     context = mpmath.MPContext()
     context.dps = digits
 
-    def number(x: Constant | float) -> Value:
+    def number(x: Constant | float) -> op.Value:
         if isinstance(x, float):
             return context.mpf(x)
         return context.mpf(Fraction(x).numerator) / Fraction(x).denominator
 
-    def root(x: Value) -> Value:
+    def root(x: op.Value) -> op.Value:
         return context.nan if x < 0 else context.sqrt(x)
 
-    return Arithmetic(number, library(context, {**ORDERED, SQRT: root, PI: lambda: +context.pi}))
+    return Arithmetic(number, library(context, {**ORDERED, op.SQRT: root, op.PI: lambda: +context.pi}))
 
 
-def nodes(graph: Graph, own: Functions | None = None) -> Arithmetic[Operand]:
+def nodes(graph: Graph, own: op.Functions | None = None) -> Arithmetic[Operand]:
     """Arithmetic that builds expressions of a graph."""
     return Arithmetic(lambda x: x, Library(lambda operation: partial(graph.node, operation), {**EXACT, **(own or {})}))
 
@@ -182,18 +165,18 @@ class ModularAngles:
         self._random: dict[int, int] = {}
 
     def values(self, roots: Iterable[Scalar]) -> Callable[[Scalar], Residue]:
-        """A function giving the residue of each root."""
+        """A function that returns the residue of a root."""
         values: dict[int, Residue] = {}
 
-        def value(x: Value) -> Residue:
+        def value(x: op.Value) -> Residue:
             return values[x.id] if type(x) is Expression else Residue(x)
 
         for node in reachable(roots):
             if node.operation in RATIONAL:
                 values[node.id] = RATIONAL[node.operation](*map(value, node.operands))
-            elif node.operation in (SIN, COS):
-                values[node.id] = Residue(self._point(node.operands[0])[node.operation == SIN])
-            elif node.operation == COSPI:
+            elif node.operation in (op.SIN, op.COS):
+                values[node.id] = Residue(self._point(node.operands[0])[node.operation == op.SIN])
+            elif node.operation == op.COSPI:
                 values[node.id] = Residue(circle_of_pi(node.operands[0])[0])
             else:
                 values[node.id] = Residue(self._number(node))
@@ -207,7 +190,7 @@ class ModularAngles:
     def _radians(self, angle: Operand) -> Fraction:
         if not isinstance(angle, Expression):
             return Fraction(angle)
-        if angle.operation == MULTIPLY and not isinstance(angle.operands[1], Expression):
+        if angle.operation == op.MULTIPLY and not isinstance(angle.operands[1], Expression):
             return self._angle(angle.operands[0]) * Fraction(angle.operands[1])
         return self._angle(angle)
 

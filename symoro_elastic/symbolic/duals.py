@@ -13,11 +13,11 @@ from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, Library
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT, Functions, Value
 
 PLAIN = (float, int)
-"""Numbers beside a dual whose products are written out, too."""
+"""Plain numbers, whose products with duals are written out."""
 
 
 class Dual:
-    """A value and its derivative along a direction, the tangent; other numbers beside it are constants."""
+    """A value and its derivative along a direction, the tangent; other numbers are constants."""
 
     __slots__ = ("tangent", "value")
     __array_ufunc__ = None  # an array beside a dual is a constant, and no array of duals
@@ -66,9 +66,9 @@ class Dual:
         return f"Dual({self.value!r}, {self.tangent!r})"
 
     def _may_meet(self, other: Value) -> bool:
-        """Whether another operand is a dual or a constant: a number, an array, or what the value is made of."""
-        known = isinstance(other, Dual | Number) or hasattr(other, "__array_ufunc__")
-        return known or type(other) is type(innermost(self))
+        """Whether another operand is a dual or a constant: a number, an array, or of the value's type."""
+        is_number = isinstance(other, Dual | Number) or hasattr(other, "__array_ufunc__")
+        return is_number or type(other) is type(innermost(self))
 
 
 def differentiating(arithmetic: Arithmetic[Value]) -> Arithmetic[Value]:
@@ -90,24 +90,24 @@ def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable
             return function(*map(innermost, operands))
         if not any(type(x) is Dual for x in operands):
             return function(*operands)
-        return _applied(operation, functions, operands)
+        return _apply(operation, functions, operands)
 
     return of
 
 
 def _both_move(x: Dual, y: Value) -> bool:
-    """Whether two operands are duals with tangents other than the exact 0: sums and products of these are most of all.
+    """Whether two operands are duals with tangents other than the exact 0, as in most sums and products.
 
-    What they give is written out above, because `Partials` take more than half as long again.
+    Their derivatives are written out above, because `Partials` are slower by more than half.
     """
     return type(y) is Dual and type(x.tangent) is not int and type(y.tangent) is not int
 
 
 def _operator(operation: str, *operands: Value) -> Dual:
-    return _applied(operation, RATIONAL, operands)
+    return _apply(operation, RATIONAL, operands)
 
 
-def _applied(operation: str, functions: Functions, operands: tuple[Value, ...]) -> Dual:
+def _apply(operation: str, functions: Functions, operands: tuple[Value, ...]) -> Dual:
     """Value and tangent of an operation, by its partial derivatives."""
     values = [x.value if type(x) is Dual else x for x in operands]
     tangents = [x.tangent if type(x) is Dual else 0 for x in operands]

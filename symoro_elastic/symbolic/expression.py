@@ -24,7 +24,7 @@ _Key: TypeAlias = "tuple[str | int | tuple[int, int], ...]"
 
 
 class Level(IntEnum):
-    """What the value of an expression depends on."""
+    """Kind of values on which an expression depends."""
 
     CONSTANT = 0
     PARAMETER = 1
@@ -32,7 +32,7 @@ class Level(IntEnum):
 
 
 class Graph:
-    """The expressions of one trace; they live as long as it does."""
+    """The expressions of a trace, which live as long as the graph."""
 
     def __init__(self) -> None:
         self._interned: dict[_Key, Expression] = {}
@@ -44,7 +44,7 @@ class Graph:
 
     @property
     def nodes(self) -> list[Expression]:
-        """All nodes; their numbers are their places."""
+        """All nodes, by number."""
         return list(self._interned.values())
 
     def symbol(self, name: str, level: Level = Level.STATE) -> Expression:
@@ -57,29 +57,29 @@ class Graph:
     def node(self, operation: str, *operands: Operand) -> Expression:
         """The node of this operation on these operands, already in normal form."""
         key = (operation, *[o.id if type(o) is Expression else o.as_integer_ratio() for o in operands])
-        found = self._interned.get(key)
-        if found is None:
+        node = self._interned.get(key)
+        if node is None:
             needs = tuple([o for o in operands if type(o) is Expression])
             level = max([x.level for x in needs], default=Level.CONSTANT)
-            found = self._interned[key] = Expression(self, operation, operands, needs, len(self._interned), level)
-        return found
+            node = self._interned[key] = Expression(self, operation, operands, needs, len(self._interned), level)
+        return node
 
     def pair(self, operation: str, first: Expression, second: Expression) -> Expression:
         """The node of an operation on two expressions, as `node` gives it; most nodes are made here."""
         key = (operation, first.id, second.id)
-        found = self._interned.get(key)
-        if found is None:
+        node = self._interned.get(key)
+        if node is None:
             level, both = first.level if first.level > second.level else second.level, (first, second)
-            found = self._interned[key] = Expression(self, operation, both, both, len(self._interned), level)
-        return found
+            node = self._interned[key] = Expression(self, operation, both, both, len(self._interned), level)
+        return node
 
     def negative(self, x: Expression) -> Expression:
         """The node -x of an expression without a sign."""
         key = (NEGATE, x.id)
-        found = self._interned.get(key)
-        if found is None:
-            found = self._interned[key] = Expression(self, NEGATE, (x,), (x,), len(self._interned), x.level)
-        return found
+        node = self._interned.get(key)
+        if node is None:
+            node = self._interned[key] = Expression(self, NEGATE, (x,), (x,), len(self._interned), x.level)
+        return node
 
 
 @final
@@ -136,7 +136,7 @@ class Expression:
     def __mul__(self, other: Scalar) -> Operand:
         if type(other) is not Expression:
             constant = exact(other)
-            return NotImplemented if constant is None else _scaled(self, constant)
+            return NotImplemented if constant is None else _scale(self, constant)
         if self.operation == NEGATE:
             return -(self.positive * other)
         if other.operation == NEGATE:
@@ -146,7 +146,7 @@ class Expression:
     def __truediv__(self, other: Scalar) -> Operand:
         if type(other) is not Expression:
             constant = exact(other)
-            return NotImplemented if constant is None else _scaled(self, 1 / Fraction(constant))
+            return NotImplemented if constant is None else _scale(self, 1 / Fraction(constant))
         if self is other:
             return Fraction(1)
         if self.operation == NEGATE:
@@ -176,12 +176,12 @@ class Expression:
         return inner
 
     def __repr__(self) -> str:
-        """As written: `(x + 2*y)`."""
+        """The expression as text: `(x + 2*y)`."""
         return _written(self)
 
 
 def exact(x: Scalar) -> Constant | None:
-    """An exact constant; None for what is not a number of Python's."""
+    """An exact constant; None for other values than numbers of Python."""
     if type(x) is int or type(x) is Fraction:
         return x
     return Fraction(x) if isinstance(x, float | Rational) else None
@@ -217,17 +217,17 @@ def _add_constant(x: Expression, constant: Constant) -> Operand:
     return x.graph.node(ADD, x, constant)
 
 
-def _scaled(x: Expression, factor: Constant) -> Operand:
+def _scale(x: Expression, factor: Constant) -> Operand:
     if factor == 0:
         return 0
     if factor == 1:
         return x
     if x.operation == NEGATE:
-        return -_scaled(x.positive, factor)
+        return -_scale(x.positive, factor)
     if factor < 0:
-        return -_scaled(x, -factor)
+        return -_scale(x, -factor)
     if x.operation == MULTIPLY and type(x.operands[1]) is not Expression:
-        return _scaled(x.operands[0], x.operands[1] * factor)
+        return _scale(x.operands[0], x.operands[1] * factor)
     return x.graph.node(MULTIPLY, x, factor)
 
 
@@ -273,11 +273,11 @@ def _written(x: Operand) -> str:
 
 def reachable(roots: Iterable[Scalar]) -> list[Expression]:
     """Every node the roots need, operands before their users."""
-    found: dict[int, Expression] = {root.id: root for root in roots if type(root) is Expression}
-    stack = list(found.values())
+    nodes: dict[int, Expression] = {root.id: root for root in roots if type(root) is Expression}
+    stack = list(nodes.values())
     while stack:
         for x in stack.pop().needs:
-            if x.id not in found:
-                found[x.id] = x
+            if x.id not in nodes:
+                nodes[x.id] = x
                 stack.append(x)
-    return [found[number] for number in sorted(found)]
+    return [nodes[number] for number in sorted(nodes)]

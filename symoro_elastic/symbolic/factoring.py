@@ -1,4 +1,4 @@
-"""Fewer products for the same values: three rewritings of the expressions that a program computes.
+"""Fewer products for the same values: three rewritings of the expressions of a program.
 
 Notation: x, y, z are expressions, a, b, c parameters. The *uses* of a node are the operands and the roots that
 refer to it. A node is *inner* when it has one use and no name: then only its user knows it, and may compute
@@ -70,8 +70,8 @@ class Uses:
 
     def of(self, *operations: str) -> list[Expression]:
         """The nodes of some operations."""
-        found = [node for operation in operations for node in self._of[operation]]
-        return sorted(found, key=attrgetter("id")) if len(operations) > 1 else found
+        nodes = [node for operation in operations for node in self._of[operation]]
+        return sorted(nodes, key=attrgetter("id")) if len(operations) > 1 else nodes
 
     def once(self, x: Expression) -> bool:
         """Whether a node has a single use."""
@@ -85,7 +85,7 @@ class Uses:
 
 
 class NewValues:
-    """New values of the nodes: `changed` by number, the same node for all others."""
+    """Replacements of nodes: `changed` by number; other nodes are unchanged."""
 
     def __init__(self) -> None:
         self.changed: dict[int, Operand] = {}
@@ -94,9 +94,9 @@ class NewValues:
         """The new value of an expression; a sign is carried over from -x to x."""
         if type(x) is not Expression:
             return x
-        found = self.changed.get(x.id)
-        if found is not None:
-            return found
+        value = self.changed.get(x.id)
+        if value is not None:
+            return value
         if x.operation == NEGATE and x.operands[0].id in self.changed:
             return -self.changed[x.operands[0].id]
         return x
@@ -110,11 +110,11 @@ class Recipe(Protocol):
 
 
 Recipes: TypeAlias = Mapping[int, Recipe]
-"""By the number of the node that they make."""
+"""Recipes by the number of the node that they compute."""
 
 
 class Rewriting(NamedTuple):
-    """A way to compute the same values with fewer products: its name, and the recipes that it finds."""
+    """A method to save products: its name, and the recipes that it finds."""
 
     name: str
     recipes: Callable[[Uses], Recipes]
@@ -133,8 +133,8 @@ def factor_graph(roots: Sequence[Scalar], named: Collection[int]) -> tuple[dict[
         if recipes:
             value = remade(uses.nodes, recipes)
             values = {number: value(x) for number, x in values.items()}
-            whole = {x.positive.id for number, x in values.items() if number in named and type(x) is Expression}
-            uses = Uses((values[root.id] for root in roots if type(root) is Expression), whole)
+            undivided = {x.positive.id for number, x in values.items() if number in named and type(x) is Expression}
+            uses = Uses((values[root.id] for root in roots if type(root) is Expression), undivided)
     return values, uses.nodes
 
 
@@ -148,16 +148,16 @@ def remade(nodes: Iterable[Expression], recipes: Recipes) -> NewValues:
             continue
         for x in node.needs:
             if x.id in changed:
-                changed[node.id] = _applied(node, [value(o) for o in node.operands])
+                changed[node.id] = _apply(node, [value(o) for o in node.operands])
                 break
     return value
 
 
-def _applied(node: Expression, operands: Sequence[Operand]) -> Operand:
+def _apply(node: Expression, operands: Sequence[Operand]) -> Operand:
     """The operation of a node on other operands."""
     operation = EXACT.get(node.operation)
-    made: Operand = operation(*operands) if operation else node.graph.node(node.operation, *operands)
-    return made
+    value: Operand = operation(*operands) if operation else node.graph.node(node.operation, *operands)
+    return value
 
 
 # 1. Division
@@ -230,10 +230,10 @@ def shared_factors(uses: Uses) -> Recipes:
     inner = uses.inner(MULTIPLY)
     factors: dict[int, list[Operand]] = {}
     for node in uses.of(MULTIPLY):
-        found: list[Operand] = []
+        operands: list[Operand] = []
         for x in node.operands:
-            found += factors.pop(x.id) if x in inner else (x,)
-        factors[node.id] = found
+            operands += factors.pop(x.id) if x in inner else (x,)
+        factors[node.id] = operands
     return _Pairing(factors).recipes()
 
 
@@ -241,8 +241,8 @@ class _Pairing:
     """Which pairs of factors of some products are multiplied first.
 
     `_bags` are the products of more than two factors, as they are after the pairs that have been joined;
-    `_holders` the numbers of those that hold a pair; `_made` the pairs that are products by themselves; `_free`
-    tells for each atom whether it is made of parameters and constants.
+    `_holders` the numbers of the products with a pair; `_made` the pairs that are products by themselves; `_free`
+    whether an atom depends on parameters and constants only.
     """
 
     def __init__(self, products: Mapping[int, Sequence[Operand]]) -> None:
@@ -287,7 +287,7 @@ class _Pairing:
         return len(self._holders[pair]) - costs
 
     def recipes(self) -> Recipes:
-        """How to make the products whose order changes."""
+        """Recipes of the products whose order changes."""
         while self._heap:
             offered, pair = heapq.heappop(self._heap)
             gain = self._gain(pair)
@@ -316,11 +316,11 @@ class _Pairing:
 # 3. Common factors
 
 Term: TypeAlias = tuple[int, Operand]
-"""Sign, 1 or -1, and what is added."""
+"""Sign, 1 or -1, and addend."""
 
 
 class FactoredSum(NamedTuple):
-    """factor (sum of what it multiplies) + the other terms; `products` are the terms that may be taken apart."""
+    """factor (sum of cofactors) + the other terms; `products` are the terms that may be split."""
 
     factor: Operand
     terms: Sequence[Term]
@@ -360,19 +360,19 @@ def common_factors(uses: Uses) -> Recipes:
     for node in uses.of(ADD, SUBTRACT):
         first, second = node.operands
         sign = -1 if node.operation == SUBTRACT else 1
-        found = terms.pop(first.id) if first in inner else [(1, first)]
-        found += [(sign * s, x) for s, x in terms.pop(second.id)] if second in inner else [(sign, second)]
-        terms[node.id] = found
+        addends = terms.pop(first.id) if first in inner else [(1, first)]
+        addends += [(sign * s, x) for s, x in terms.pop(second.id)] if second in inner else [(sign, second)]
+        terms[node.id] = addends
     recipes: dict[int, Recipe] = {}
-    for number, found in terms.items():
-        factor = _most_common([x for _, x in found if type(x) is Expression and x in products])
+    for number, addends in terms.items():
+        factor = _most_common([x for _, x in addends if type(x) is Expression and x in products])
         if factor is not None:
-            recipes[number] = FactoredSum(factor, found, products)
+            recipes[number] = FactoredSum(factor, addends, products)
     return recipes
 
 
 def _most_common(products: Sequence[Expression]) -> Operand | None:
-    """The factor of most of these products; None where no two share one."""
+    """The factor that most products have; None if all factors are distinct."""
     if len(products) < 2:
         return None
     factors = [factor for x in products for factor in set(x.operands)]
@@ -380,8 +380,8 @@ def _most_common(products: Sequence[Expression]) -> Operand | None:
         return None
     times = Counter(factors)
     most = max(times.values())
-    found: list[Operand] = [factor for factor, n in times.items() if n == most]
-    return max(found, key=lambda x: (True, x.id) if type(x) is Expression else (False, x))
+    commonest: list[Operand] = [factor for factor, n in times.items() if n == most]
+    return max(commonest, key=lambda x: (True, x.id) if type(x) is Expression else (False, x))
 
 
 REWRITINGS = (
@@ -389,4 +389,4 @@ REWRITINGS = (
     Rewriting("shared factors", shared_factors),
     Rewriting("common factors", common_factors),
 )
-"""In the order in which they are carried out: each finds more where those before it have been."""
+"""Rewritings in the order of their application, in which they find most."""

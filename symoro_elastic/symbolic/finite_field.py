@@ -68,7 +68,7 @@ class Residue:
 
 
 def _value(x: Scalar) -> int | None:
-    """An integer that stands for a residue or an exact number; None for anything else."""
+    """The integer of a residue or an exact number; None for anything else."""
     if type(x) is Residue:
         return x.value
     if type(x) is int:

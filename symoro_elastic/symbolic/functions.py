@@ -13,22 +13,8 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    COSPI,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-)
 
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 RATIONAL_COSINES: Mapping[Fraction, Operand] = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
@@ -43,24 +29,24 @@ def cosine_sine(graph: Graph, angle: Scalar) -> Circle:
     turns = Fraction(0) if halves is None else halves
     point: Circle = (1, 0)
     for base, factor in terms:
-        if base.operation == PI:
+        if base.operation == op.PI:
             turns += factor
         else:
-            point = _turned(point, _sampled(graph, base * abs(factor), factor))
-    point = _turned(point, _rational_turn(graph, turns))
-    return point if halves is not None else _turned(point, _sampled(graph, abs(radians), radians))
+            point = _rotate(point, _circle_of(graph, base * abs(factor), factor))
+    point = _rotate(point, _rational_turn(graph, turns))
+    return point if halves is not None else _rotate(point, _circle_of(graph, abs(radians), radians))
 
 
 def square_root(graph: Graph, x: Scalar) -> Operand:
     """Square root; exact for squares of rationals."""
     square = operand(x)
     if isinstance(square, Expression):
-        return graph.node(SQRT, square)
+        return graph.node(op.SQRT, square)
     if square < 0:
         raise ValueError("the square root of a negative number")
     over, under = math.isqrt(Fraction(square).numerator), math.isqrt(Fraction(square).denominator)
     root = Fraction(over, under)
-    return root if root * root == square else graph.node(SQRT, square)
+    return root if root * root == square else graph.node(op.SQRT, square)
 
 
 def logarithm(graph: Graph, x: Scalar) -> Operand:
@@ -83,25 +69,25 @@ def sign(graph: Graph, x: Scalar) -> Operand:
     """-1, 0 or 1."""
     of = operand(x)
     if isinstance(of, Expression):
-        return -graph.node(SIGN, of.operands[0]) if of.operation == NEGATE else graph.node(SIGN, of)
+        return -graph.node(op.SIGN, of.operands[0]) if of.operation == op.NEGATE else graph.node(op.SIGN, of)
     return (of > 0) - (of < 0)
 
 
 def minimum(graph: Graph, x: Scalar, y: Scalar) -> Operand:
     """The lesser of two numbers, exactly; NaN where one is NaN, in every language."""
-    return _extremum(graph, MINIMUM, operand(x), operand(y))
+    return _extremum(graph, op.MINIMUM, operand(x), operand(y))
 
 
 def maximum(graph: Graph, x: Scalar, y: Scalar) -> Operand:
     """The larger of two numbers, exactly; NaN where one is NaN, in every language."""
-    return _extremum(graph, MAXIMUM, operand(x), operand(y))
+    return _extremum(graph, op.MAXIMUM, operand(x), operand(y))
 
 
 def _extremum(graph: Graph, name: str, x: Operand, y: Operand) -> Operand:
     if isinstance(x, Expression) or isinstance(y, Expression):
         return x if x is y else graph.node(name, x, y)
-    found: Operand = x if (x < y) == (name == MINIMUM) else y
-    return found
+    extremum: Operand = x if (x < y) == (name == op.MINIMUM) else y
+    return extremum
 
 
 def amount(graph: Graph, x: Scalar) -> Operand:
@@ -120,7 +106,7 @@ def clamp(graph: Graph, x: Scalar, least: Scalar, most: Scalar) -> Operand:
 def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
     """Angle of the point (x, y)."""
     over, under = operand(y), operand(x)
-    return 0 if over == 0 and under == 1 else graph.node(ATAN2, over, under)
+    return 0 if over == 0 and under == 1 else graph.node(op.ATAN2, over, under)
 
 
 def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | None:
@@ -129,8 +115,8 @@ def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | Non
     halves = _half_turns(radians)
     if halves is None:
         return None
-    halves += sum((factor for base, factor in terms if base.operation == PI), Fraction(0))
-    return {base: factor for base, factor in terms if base.operation != PI}, halves
+    halves += sum((factor for base, factor in terms if base.operation == op.PI), Fraction(0))
+    return {base: factor for base, factor in terms if base.operation != op.PI}, halves
 
 
 def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fraction]:
@@ -141,12 +127,12 @@ def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fr
         x, factor = stack.pop()
         if not isinstance(x, Expression):
             radians += factor * x
-        elif x.operation in (ADD, SUBTRACT):
+        elif x.operation in (op.ADD, op.SUBTRACT):
             first, second = x.operands
-            stack += [(second, -factor if x.operation == SUBTRACT else factor), (first, factor)]
-        elif x.operation == NEGATE:
+            stack += [(second, -factor if x.operation == op.SUBTRACT else factor), (first, factor)]
+        elif x.operation == op.NEGATE:
             stack.append((x.operands[0], -factor))
-        elif x.operation == MULTIPLY and not isinstance(x.operands[1], Expression):
+        elif x.operation == op.MULTIPLY and not isinstance(x.operands[1], Expression):
             stack.append((x.operands[0], factor * x.operands[1]))
         else:
             terms[x] = terms.get(x, Fraction(0)) + factor
@@ -154,7 +140,7 @@ def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fr
 
 
 def _half_turns(radians: Fraction) -> Fraction | None:
-    """The multiple of pi that a number in radians is, to one unit in the last place; else None."""
+    """The multiple of pi that equals a number in radians to one unit in the last place; else None."""
     if not radians:
         return Fraction(0)
     quarters = round(radians / Fraction(math.pi) * 2)
@@ -170,19 +156,19 @@ def _rational_turn(graph: Graph, halves: Fraction) -> Circle:
     quarters, rest = divmod(halves * 2, 1)
     cosine = _cospi(graph, rest / 2)
     sine = _cospi(graph, Fraction(1, 2) - rest / 2)
-    return _turned((cosine, sine), QUARTERS[int(quarters) % 4])
+    return _rotate((cosine, sine), QUARTERS[int(quarters) % 4])
 
 
 def _cospi(graph: Graph, halves: Fraction) -> Operand:
     """cos(pi x) for 0 <= x <= 1/2."""
-    return RATIONAL_COSINES[halves] if halves in RATIONAL_COSINES else graph.node(COSPI, halves)
+    return RATIONAL_COSINES[halves] if halves in RATIONAL_COSINES else graph.node(op.COSPI, halves)
 
 
-def _sampled(graph: Graph, angle: Operand, sense: Fraction) -> Circle:
-    sine = graph.node(SIN, angle)
-    return graph.node(COS, angle), sine if sense > 0 else -sine
+def _circle_of(graph: Graph, angle: Operand, sense: Fraction) -> Circle:
+    sine = graph.node(op.SIN, angle)
+    return graph.node(op.COS, angle), sine if sense > 0 else -sine
 
 
-def _turned(point: Circle, by: Circle) -> Circle:
+def _rotate(point: Circle, by: Circle) -> Circle:
     (c, s), (cosine, sine) = point, by
     return c * cosine - s * sine, s * cosine + c * sine

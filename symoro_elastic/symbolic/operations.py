@@ -24,7 +24,7 @@ ONE = 1
 Value: TypeAlias = Any
 """A number of any arithmetic: of Python, numpy, mpmath or flint, an array, a residue, a dual, an expression."""
 Functions: TypeAlias = Mapping[str, Callable[..., Value]]
-"""What each operation does to the numbers of an arithmetic, by its name."""
+"""Functions of the operations in an arithmetic, by name."""
 
 
 class Partials(NamedTuple):
@@ -34,7 +34,7 @@ class Partials(NamedTuple):
     denominator: Value = None
 
     def along(self, tangents: Sequence[Value]) -> Value:
-        """The derivative along a direction, given that of each operand; the exact 0 stands for a constant operand."""
+        """The derivative along a direction, from those of the operands; the exact 0 denotes a constant operand."""
         pairs = zip(self.numerators, tangents, strict=True)
         moving = [(partial, tangent) for partial, tangent in pairs if type(tangent) is not int or tangent]
         terms = [tangent if partial is ONE else partial * tangent for partial, tangent in moving]
@@ -42,7 +42,7 @@ class Partials(NamedTuple):
         return total if self.denominator is None else total / self.denominator
 
     def back(self, weight: Value) -> tuple[Value, ...]:
-        """The derivatives by all operands of what has the derivative `weight` by the result."""
+        """The contributions to the derivatives by all operands from the derivative `weight` by the result."""
         over = weight if self.denominator is None else weight / self.denominator
         return tuple(over if partial is ONE else partial * over for partial in self.numerators)
 
@@ -70,7 +70,7 @@ def _arc_tangent(functions: Functions, z: Value, x: Sequence[Value]) -> Partials
 
 
 def _least(functions: Functions, z: Value, x: Sequence[Value]) -> Partials:
-    """That of the operand that it is; half of each where both are equal."""
+    """Partial derivatives of the minimum: 1 and 0 by the smaller operand, half and half of equal ones."""
     side = functions[SIGN](x[0] - x[1])
     return Partials((1 - side, 1 + side), 2)
 
@@ -98,4 +98,4 @@ OPERATIONS: dict[str, Operation] = {
         Operation(COSPI, 1),
     )
 }
-"""All operations, by name; a symbol is none."""
+"""All operations by name; a symbol is not an operation."""

@@ -1,4 +1,4 @@
-"""Straight-line programs: what some outputs need of a graph, in order, named after quantities."""
+"""Straight-line programs: the nodes that outputs need of a graph, in order, named after quantities."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class OperationCount:
 
 
 class Section(NamedTuple):
-    """A stretch of a program: one joint's part of one recursion, with the equations it carries out."""
+    """A stretch of a program: a joint's part of a recursion, with its equations."""
 
     title: str
     joint: int | None = None
@@ -88,7 +88,7 @@ class NamedConstant:
 
 @dataclass(frozen=True)
 class Program:
-    """Statements to be carried out in order; `once` depend on parameters only, `constants` on nothing.
+    """Statements in order of execution; `once` depend on parameters only, `constants` on nothing.
 
     `named_constants` are the named quantities that turned out constant, `quantities` all others by each of their names:
     a node has one variable, but may be several quantities.
@@ -106,7 +106,7 @@ class Program:
     quantities: Mapping[str, Operand] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
-        """Return one line that tells its size: messages of failed tests print it."""
+        """Return the numbers of statements in a line, for messages of failed tests."""
         outputs = ", ".join(output.name for output in self.outputs)
         return f"<Program of {outputs}: {len(self.once)} statements once, {len(self.statements)} each call>"
 
@@ -117,7 +117,7 @@ class Program:
 
 
 class Names:
-    """The names of expressions: the first name given to a quantity stays."""
+    """Names of expressions: the first name of a quantity is kept."""
 
     def __init__(self) -> None:
         self.labels: dict[int, tuple[Label, bool]] = {}
@@ -126,11 +126,11 @@ class Names:
         self.quantities: dict[str, Operand] = {}
 
     def reserve(self, section: Section) -> None:
-        """Give a section its place in the order of the program."""
+        """Reserve the next place for a section in the order of the program."""
         self.order.setdefault(section, len(self.order))
 
     def give(self, x: Scalar, name: str, section: Section) -> None:
-        """Name an expression; variables keep theirs, and constants are recorded under the name."""
+        """Name an expression; variables keep their names, and constants are recorded under the name."""
         self.reserve(section)
         if not isinstance(x, Expression):
             if isinstance(x, int | Fraction) and x:
@@ -145,7 +145,7 @@ class Names:
             self.labels.setdefault(node.id, (Label(name, section), negative))
 
     def moved(self, values: Mapping[int, Operand]) -> Names:
-        """The same names for new values of the nodes; others keep theirs where no new value has taken their node."""
+        """The names for new values of the nodes; other nodes keep their names unless a new value occupies them."""
         moved = Names()
         moved.order = dict(self.order)
         for number, (label, negative) in self.labels.items():
@@ -155,12 +155,12 @@ class Names:
             if number not in values:
                 moved.labels.setdefault(number, label_and_sign)
         moved.constants = self.constants | moved.constants
-        moved.quantities = {name: _moved(x, values) for name, x in self.quantities.items()}
+        moved.quantities = {name: _new_value(x, values) for name, x in self.quantities.items()}
         return moved
 
 
-def _moved(x: Operand, values: Mapping[int, Operand]) -> Operand:
-    """The new value of a quantity, whose sign may stand outside."""
+def _new_value(x: Operand, values: Mapping[int, Operand]) -> Operand:
+    """The new value of a quantity, which may be the negation of a node."""
     if not isinstance(x, Expression):
         return x
     return -values[x.positive.id] if x.operation == NEGATE and x.positive.id in values else values.get(x.id, x)
@@ -181,25 +181,22 @@ class Pruned:
 
     @property
     def numbers(self) -> int:
-        """More than the number of any node."""
+        """A number above those of all nodes."""
         return self.nodes[-1].id + 1 if self.nodes else 0
 
 
 def prune(outputs: Iterable[Output], names: Names) -> Pruned:
-    """Leave out what no output needs, and compute the rest with fewer products."""
+    """Remove nodes that no output needs, and compute the others with fewer products."""
     outputs = tuple(outputs)
     values, nodes = factor_graph([x for output in outputs for x in output.entries], names.labels.keys())
-    return Pruned(tuple(_with_values(output, values) for output in outputs), names.moved(values), nodes)
-
-
-def _with_values(output: Output, values: Mapping[int, Operand]) -> Output:
-    entries = tuple(values[x.id] if isinstance(x, Expression) else x for x in output.entries)
-    return Output(output.name, output.shape, entries)
+    entries = (tuple(values[x.id] if isinstance(x, Expression) else x for x in output.entries) for output in outputs)
+    changed = tuple(replace(output, entries=x) for output, x in zip(outputs, entries, strict=True))
+    return Pruned(changed, names.moved(values), nodes)
 
 
 def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
     """Put the work in the order of the sections, name and count it."""
-    statements = name(pruned, _scheduled(pruned))
+    statements = name(pruned, _schedule(pruned))
     constant, parameter, state = Level
     return Program(
         tuple(inputs),
@@ -230,34 +227,30 @@ Scheduled: TypeAlias = Sequence[tuple[int, Expression]]
 """The nodes that become statements, in order, with the position of their section."""
 
 
-def _scheduled(pruned: Pruned) -> Scheduled:
-    ranks, assigned = _ranks(pruned), _assigned(pruned)
-    found = [(ranks[node.id], node) for node in pruned.nodes if node.id in assigned]
-    return sorted(found, key=lambda ranked: ranked[0])  # nodes are in order, and the sort is stable
-
-
-def _ranks(pruned: Pruned) -> list[int]:
-    """Position of the section of each node: its own, or its earliest user's if that is earlier."""
+def _schedule(pruned: Pruned) -> Scheduled:
+    """Return the nodes in the order of their sections, or of their earliest users' sections where those are earlier."""
     own = {number: pruned.names.order[label.section] for number, (label, _) in pruned.names.labels.items()}
-    return _earliest(pruned, own, len(pruned.names.order))
+    ranks, assigned = _earliest(pruned, own, len(pruned.names.order)), _assigned_nodes(pruned)
+    pairs = [(ranks[node.id], node) for node in pruned.nodes if node.id in assigned]
+    return sorted(pairs, key=lambda ranked: ranked[0])  # nodes are in order, and the sort is stable
 
 
 def _earliest(pruned: Pruned, own: Mapping[int, int], last: int) -> list[int]:
-    """The position of each node: its own or that of its first user, whichever is earlier; `last` where it has none."""
-    found = [last] * pruned.numbers
+    """Positions of nodes: their own or that of the first user, whichever is earlier; `last` without any."""
+    positions = [last] * pruned.numbers
     for node in reversed(pruned.nodes):
-        position = found[node.id]
+        position = positions[node.id]
         if own.get(node.id, last) < position:
-            found[node.id] = position = own[node.id]
+            positions[node.id] = position = own[node.id]
         for x in node.needs:
-            if found[x.id] > position:  # noqa: PLR1730  (`min` takes twice as long)
-                found[x.id] = position
-    return found
+            if positions[x.id] > position:  # noqa: PLR1730  (`min` takes twice as long)
+                positions[x.id] = position
+    return positions
 
 
-def _assigned(pruned: Pruned) -> set[int]:
+def _assigned_nodes(pruned: Pruned) -> set[int]:
     """Nodes that get a variable: named, shared, for the next level, or deep."""
-    labels, shared, constant = pruned.names.labels, _shared(pruned), Level.CONSTANT
+    labels, shared, constant = pruned.names.labels, _shared_nodes(pruned), Level.CONSTANT
     assigned: set[int] = set()
     depth = [0] * pruned.numbers
     for node in pruned.nodes:
@@ -274,7 +267,7 @@ def _assigned(pruned: Pruned) -> set[int]:
     return assigned
 
 
-def _shared(pruned: Pruned) -> set[int]:
+def _shared_nodes(pruned: Pruned) -> set[int]:
     """Nodes that are used more than once, by work of a higher level, or as a result that depends on parameters only.
 
     A use of -x is one of x.
@@ -312,19 +305,15 @@ def name(pruned: Pruned, scheduled: Scheduled) -> list[Statement]:
         result.append(
             Statement(label.name if label else _part_name(home[node.id], letters), node, negative, sections[rank])
         )
-    symbols = (node.operands[0] for node in pruned.nodes if node.operation == SYMBOL)
-    _refuse_repeated([*symbols, *(statement.name for statement in result)])
+    times = Counter(node.operands[0] for node in pruned.nodes if node.operation == SYMBOL)
+    times.update(statement.name for statement in result)
+    if repeated := [name for name, n in times.items() if n > 1]:
+        raise ValueError(f"one name for two quantities: {', '.join(repeated)}")
     return result
 
 
-def _refuse_repeated(names: Iterable[str]) -> None:
-    twice = [name for name, times in Counter(names).items() if times > 1]
-    if twice:
-        raise ValueError(f"one name for two quantities: {', '.join(twice)}")
-
-
 def _homes(pruned: Pruned, scheduled: Scheduled) -> dict[int, str]:
-    """For each scheduled node without a name that of the first quantity that needs it."""
+    """Names of the first quantities that need scheduled nodes without a name."""
     labels, last = pruned.names.labels, len(scheduled)
     names = {k: labels[node.id][0].name for k, (_, node) in enumerate(scheduled) if node.id in labels}
     names[last] = "result_"
@@ -354,26 +343,26 @@ def by_section(statements: Iterable[Statement]) -> list[tuple[Section, list[Stat
 
 
 def saving(whole: OperationCount, asked: OperationCount) -> Mapping[str, int]:
-    """Operations of each kind that `asked` does without."""
+    """Operations by kind that `asked` saves."""
     return {f.name: getattr(whole, f.name) - getattr(asked, f.name) for f in fields(whole)}
 
 
 def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
-    """Return the program with other names for some of its variables; expressions without them stay as they are."""
+    """Return the program with variables renamed; expressions without them are unchanged."""
     statements = (*program.once, *program.statements)
     entries = [x for output in program.outputs for x in output.entries]
     copies = _copies([*(statement.node for statement in statements), *entries], names)
 
-    def moved(x: Operand) -> Operand:
+    def copy_of(x: Operand) -> Operand:
         return copies.get(x.id, x) if isinstance(x, Expression) else x
 
-    def of(found: tuple[Statement, ...]) -> tuple[Statement, ...]:
-        return tuple(one._replace(node=copies.get(one.node.id, one.node)) for one in found)
+    def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
+        return tuple(statement._replace(node=copies.get(statement.node.id, statement.node)) for statement in statements)
 
     return replace(
         program,
         inputs=tuple(replace(x, symbols=tuple(names.get(s, s) for s in x.symbols)) for x in program.inputs),
-        outputs=tuple(replace(x, entries=tuple(map(moved, x.entries))) for x in program.outputs),
+        outputs=tuple(replace(x, entries=tuple(map(copy_of, x.entries))) for x in program.outputs),
         once=of(program.once),
         statements=of(program.statements),
         used=frozenset(names.get(name, name) for name in program.used),
@@ -381,7 +370,7 @@ def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
 
 
 def _copies(roots: list[Operand], names: Mapping[str, str]) -> dict[int, Expression]:
-    """Copies, with the same numbers, of the nodes that depend on variables with another name."""
+    """Copies, with the same numbers, of the nodes that depend on renamed variables."""
     copies: dict[int, Expression] = {}
     for node in reachable(roots):
         operands = tuple(copies.get(x.id, x) if isinstance(x, Expression) else x for x in node.operands)

@@ -15,21 +15,21 @@ Step = tuple[Callable[..., Any], int, int]
 
 
 class Tape(Generic[Number]):
-    """The operations that some roots need, in one arithmetic; the values are those of `evaluate`, to the last bit."""
+    """The operations that roots need, in an arithmetic; values equal those of `evaluate` to the last bit."""
 
     def __init__(self, roots: Iterable[Scalar], arithmetic: Arithmetic[Number]) -> None:
         roots, number, operations = list(roots), arithmetic.number, arithmetic.operations
         nodes = reachable(roots)
         symbols = [node for node in nodes if node.operation == SYMBOL]
-        known = [node for node in nodes if not node.operands]
+        constant_nodes = [node for node in nodes if not node.operands]
         computed = [node for node in nodes if node.operands and node.operation != SYMBOL]
         constants = [x for node in computed for x in node.operands if type(x) is not Expression]
         constants += [x for x in roots if type(x) is not Expression]
         self._symbols = [str(node.operands[0]) for node in symbols]
-        self._numbers = [*(operations[node.operation]() for node in known), *map(number, constants)]
-        numbered = [*symbols, *known, *(None for _ in constants), *computed]
+        self._numbers = [*(operations[node.operation]() for node in constant_nodes), *map(number, constants)]
+        numbered = [*symbols, *constant_nodes, *(None for _ in constants), *computed]
         places = {node.id: place for place, node in enumerate(numbered) if node is not None}
-        of_constants = iter(range(len(symbols) + len(known), len(numbered)))
+        of_constants = iter(range(len(symbols) + len(constant_nodes), len(numbered)))
 
         def place(x: Any) -> int:
             return places[x.id] if type(x) is Expression else next(of_constants)
@@ -41,7 +41,7 @@ class Tape(Generic[Number]):
         self._roots = [place(x) for x in roots]
 
     def values(self, symbols: Mapping[str, Number]) -> list[Number]:
-        """Return the value of each root, where symbols have these values."""
+        """Return the values of the roots for these values of symbols."""
         values = [*map(symbols.__getitem__, self._symbols), *self._numbers]
         append = values.append
         for operation, first, second in self._steps:

@@ -1,4 +1,4 @@
-"""A program cut in two: what does not depend on some variables is computed once, the rest for each of their values."""
+"""A program cut in two: values that do not depend on some variables are computed once, the others for each value."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _border(pruned: Pruned, late: Collection[str]) -> list[Expression]:
 
 
 def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
-    """Names of the values handed over: those of their quantities, or numbered."""
+    """Names of the passed values: those of their quantities, or numbered."""
     names = []
     for number, node in enumerate(border):
         label, negative = pruned.names.labels.get(node.id, (None, False))
@@ -55,11 +55,11 @@ def _names(pruned: Pruned, border: Collection[Expression]) -> list[str]:
 
 
 def _second(graph: Graph, pruned: Pruned, border: dict[Expression, str]) -> Pruned:
-    """The results over the variables that stand for the values handed over."""
-    known: dict[int, Operand] = {node.id: graph.symbol(name) for node, name in border.items()}
+    """The results over the variables of the passed values."""
+    border_symbols: dict[int, Operand] = {node.id: graph.symbol(name) for node, name in border.items()}
     symbols: dict[str, Operand] = {x.operands[0]: x for x in pruned.nodes if x.operation == SYMBOL}
     roots = [x for output in pruned.outputs for x in output.entries]
-    value = evaluate(roots, symbols, nodes(graph), known)
+    value = evaluate(roots, symbols, nodes(graph), border_symbols)
     outputs = [Output(o.name, o.shape, tuple(map(value, o.entries))) for o in pruned.outputs]
-    moved = pruned.names.moved({node.id: value(node) for node in pruned.nodes if node.id not in known})
+    moved = pruned.names.moved({node.id: value(node) for node in pruned.nodes if node.id not in border_symbols})
     return prune(outputs, moved)

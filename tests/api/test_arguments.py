@@ -50,6 +50,7 @@ def model(backend: str) -> Any:
     return se.load(PLANAR, "inverse_dynamics", backend=_Library() if backend == "array library" else backend)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("backend", [*BACKENDS, "array library"])
 @pytest.mark.filterwarnings("ignore:JAX computes in single precision")
 @pytest.mark.filterwarnings("error")
@@ -71,6 +72,7 @@ def test_arrays_of_jax_are_refused_too() -> None:
         model("jax").inverse_dynamics(numpy.array([1j, 0.0]), [0.0, 0.0], [0.0, 0.0])
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("backend", ["numpy", "c", "array library"])
 def test_numbers_of_all_kinds_are_taken(backend: str) -> None:
     call = model(backend).inverse_dynamics
@@ -80,6 +82,7 @@ def test_numbers_of_all_kinds_are_taken(backend: str) -> None:
         np.testing.assert_array_equal(call(q, [0, 0], [False, False]), expected)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("backend", [*BACKENDS, "array library"])
 @pytest.mark.filterwarnings("ignore:JAX computes in single precision")
 def test_too_many_arguments_are_counted(backend: str) -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.api.hulls import hull
+from symoro_elastic.api.models import hull
 from symoro_elastic.foundation.errors import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PLANAR, SCENE = EXAMPLES / "planar_2r.toml", EXAMPLES / "scenes" / "planar_2r_move.toml"
 
 
+@pytest.mark.thorough
 def test_the_hull_holds_the_motion_and_a_tenth_more() -> None:
     motions = se.simulate(PLANAR, scene=SCENE)
     joints = hull(motions)
@@ -29,6 +30,7 @@ def test_the_hull_holds_the_motion_and_a_tenth_more() -> None:
             assert limits.low <= values[:, k].min() and values[:, k].max() <= limits.high
 
 
+@pytest.mark.thorough
 def test_certificates_are_for_the_motion() -> None:
     whole = se.certify(PLANAR, "inverse_dynamics").certificates[0]
     found = se.certify(PLANAR, "inverse_dynamics", scene=SCENE, limits="motion").certificates[0]
@@ -36,6 +38,7 @@ def test_certificates_are_for_the_motion() -> None:
     assert found.entries[0].error < whole.entries[0].error
 
 
+@pytest.mark.thorough
 def test_generated_code_is_for_the_motion(tmp_path: Path) -> None:
     se.generate(PLANAR, "inverse_dynamics", out=tmp_path, scene=SCENE, limits="motion", certify=True)
     found = se.certify(PLANAR, "inverse_dynamics", scene=SCENE, limits="motion").certificates[0]

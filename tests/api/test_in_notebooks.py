@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.api import in_notebooks
+from symoro_elastic.api import checked_calls
 from tests.api.test_pickling import MADE
 from tests.command_line import EXAMPLES
 
@@ -34,8 +34,8 @@ def cell(monkeypatch: pytest.MonkeyPatch) -> Cell:
     kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
     monkeypatch.setitem(sys.modules, "IPython", kernel)
     monkeypatch.setitem(sys.modules, "IPython.display", module)
-    monkeypatch.setattr(in_notebooks, "SHOWN_AFTER", 0.0)
-    monkeypatch.setattr(in_notebooks, "AT_LEAST_BETWEEN", 0.0)
+    monkeypatch.setattr(checked_calls, "SHOWN_AFTER", 0.0)
+    monkeypatch.setattr(checked_calls, "AT_LEAST_BETWEEN", 0.0)
     return found
 
 
@@ -57,7 +57,7 @@ def test_nothing_is_shown_in_the_first_second_and_beside_callbacks_of_the_user(
     sweep(progress=lambda done, total: counted.append(done))
     assert counted[-1] == 2 and not any("<progress" in one["text/html"] for one in cell.shown)
     cell.shown.clear()
-    monkeypatch.setattr(in_notebooks, "SHOWN_AFTER", 100.0)
+    monkeypatch.setattr(checked_calls, "SHOWN_AFTER", 100.0)
     sweep()
     assert cell.shown == []
 
@@ -65,13 +65,13 @@ def test_nothing_is_shown_in_the_first_second_and_beside_callbacks_of_the_user(
 def test_nothing_is_shown_in_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = SimpleNamespace(get_ipython=SimpleNamespace)
     monkeypatch.setitem(sys.modules, "IPython", terminal)
-    with in_notebooks.followed("sweep", {"progress": None}, {}) as callbacks:
+    with checked_calls.progress_callbacks("sweep", {"progress": None}, {}) as callbacks:
         assert callbacks == {}
 
 
 def test_steps_are_text() -> None:
     cell = Cell()
-    shown = in_notebooks._Shown("check", cell.display, cell.display)
+    shown = checked_calls._Shown("check", cell.display, cell.display)
     shown._next = 0.0
     shown.announce("</script><b>bold</b>")
     assert cell.shown == [
@@ -79,6 +79,7 @@ def test_steps_are_text() -> None:
     ]
 
 
+@pytest.mark.thorough
 def test_a_figure_is_moved_where_the_notebook_has_widgets(monkeypatch: pytest.MonkeyPatch) -> None:
     """A drag with the tool for moving shifts the axes by as much; without `%matplotlib widget` nothing changes."""
     widgets = pytest.importorskip("ipympl.backend_nbagg")

@@ -76,7 +76,7 @@ def test_an_option_is_one_line() -> None:
 
 def test_an_option_is_a_key_of_files(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
-    path.write_text('margins = [1, 2.5]\nfigures = ["a"]\nas_given = true\npd = { m = [1, 2] }\n')
+    path.write_text('margins = [1, 2.5]\nresults = ["a"]\nas_given = true\npd = { m = [1, 2] }\n')
     given = read_options(path, Widened)
     assert given == {"margins": (1.0, 2.5), "results": ("a",), "as_given": True, "pd": {"m": (1.0, 2.0)}}
     path.write_text("scene = 'a.toml'")
@@ -95,29 +95,33 @@ def rows() -> list[tuple[str, Option]]:
 
 
 def test_a_name_has_one_meaning() -> None:
-    """The same name in Python, the same kind of value, written alike; `--model` alone may be repeated or not."""
+    """The same name in Python, the same kind of value, written alike.
+
+    `--model` may be repeated or not; `reduce` leaves out parts, and its rate is that of a controller.
+    """
     kinds_of: dict[str, set[tuple[str, str, str]]] = {}
     for _, row in rows():
         kinds_of.setdefault(row.flag, set()).add((row.name, row.metavar, row.kind.shape))
     several = {flag: found for flag, found in kinds_of.items() if len(found) > 1}
-    assert several.keys() <= {"--model", "--stroke", "--out"}
+    assert several.keys() <= {"--model", "--stroke", "--out", "--only", "--rate", "--position"}
     assert {name for name, _, _ in several.get("--stroke", set())} == {"stroke", "strokes"}
 
 
 def test_no_former_name_is_in_use() -> None:
     for command, row in rows():
         own = {other.flag for name, other in rows() if name == command}
-        assert not own & {old.partition("=")[0] for old in row.formerly}, (command, row.name)
+        assert not own & {old.partition("=")[0] for old in (*row.formerly, *row.gone)}, (command, row.name)
 
 
 def test_python_and_the_command_line_have_the_same_words() -> None:
     """What is not an argument of the function is how its machine is read, or what becomes of the result."""
     outside = {row.name for row in options(Reading)} | {"plots", "plot_format", "out", "save", "format"}
-    outside |= {"along", "tolerance", "fast_math", "points"}
+    outside |= {"proven", "along", "tolerance", "fast_math", "points"}
     for command, row in rows():
         function = getattr(se, command.replace("-", "_"), None)
         if function and row.name not in outside:
-            assert row.name in inspect.signature(function).parameters, (command, row.name)
+            several = [function, se.certify] if command == "check" else [function]
+            assert any(row.name in inspect.signature(x).parameters for x in several), (command, row.name)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +143,7 @@ def test_numbers_beyond_their_bounds_are_refused(record: type[Any], name: str, b
 
 def test_numbers_out_of_range_are_named_as_python_has_them() -> None:
     with pytest.raises(InputError, match="symoro_elastic: states: 0 is out of range"):
-        se.trade(TWO_R, states=0)
+        se.benchmark(TWO_R, states=0)
 
 
 def test_names_in_texts_are_those_of_registries() -> None:
@@ -154,35 +158,38 @@ def test_names_in_texts_are_those_of_registries() -> None:
 
 
 FORMER = {
-    ("trade", TWO_R, "--quick", "--rounds", "x"): "note: --quick is now --effort=quick",
-    ("modes", TWO_R, "--over", "x"): "note: --over is now --along",
-    ("modes", TWO_R, "--over=x"): "note: --over is now --along",
-    ("modes", TWO_R, "--plots", "p", "--picture", "bmp"): "note: --picture is now --plot-format",
-    ("identify", TWO_R, "x.csv", "--from", "x"): "note: --from is now --after",
-    ("compare", TWO_R, "--free", "--stroke", "x"): "note: --free is now --free-motors",
+    ("trade", TWO_R, "--rounds", "x"): "note: trade is now benchmark",
+    ("certify", TWO_R, "--sub-boxes", "x"): "note: certify is now check --proven",
+    ("check", TWO_R, "--box", "--sub-boxes", "x"): "note: --box is now --proven",
+}
+GONE = {
+    ("benchmark", TWO_R, "--quick", "--rounds", "x"): "--quick: it is now --effort=quick",
+    ("modes", TWO_R, "--over", "x"): "--over: it is now --along",
+    ("modes", TWO_R, "--over=x"): "--over: it is now --along",
+    ("modes", TWO_R, "--plots", "p", "--picture", "bmp"): "--picture: it is now --plot-format",
+    ("identify", TWO_R, "x.csv", "--from", "x"): "--from: it is now --after",
+    ("compare", TWO_R, "--free", "--stroke", "x"): "--free: it is now --free-motors",
 }
 
 
 @pytest.mark.parametrize("words", FORMER, ids=lambda words: " ".join(map(str, words[2:])))
-def test_former_options_are_taken_with_a_notice(words: tuple[object, ...]) -> None:
-    found = ended(*words)
-    notice, error = found.err.splitlines()
+def test_former_names_are_taken_with_a_notice(words: tuple[object, ...]) -> None:
+    ending = ended(*words)
+    notice, error = ending.err.splitlines()
     assert notice == FORMER[words] and error.startswith("error: ") and "No such option" not in error
 
 
-def test_former_options_do_what_they_did(tmp_path: Path) -> None:
-    asked = ("generate", TWO_R, "--target", "fmu", "--force")
-    for option_, folder in (("--at", "old"), ("--start", "new")):
-        run(*asked, option_, "elbow=0.5", "--out", tmp_path / folder)
-    old, new = (next((tmp_path / folder).rglob("*.fmu")).read_bytes() for folder in ("old", "new"))
-    assert old == new
+@pytest.mark.parametrize("words", GONE, ids=lambda words: " ".join(map(str, words[2:])))
+def test_names_of_the_version_before_are_refused_by_the_present_one(words: tuple[object, ...]) -> None:
+    assert ended(*words) == (2, "", f"error: symoro-elastic: {GONE[words]}\n")
 
 
-def test_former_arguments_are_taken_with_a_warning() -> None:
-    with pytest.warns(DeprecationWarning, match="outputs is now only") as told:
-        model = se.load(TWO_R, "jacobian", outputs={"jacobian": ["tip"]})  # type: ignore[call-overload]
-    assert told[0].filename == __file__
-    assert model.jacobian([0.0, 0.0]).shape[-2:] == (6, 2)
+def test_former_names_of_python_are_taken_with_a_warning_and_older_ones_refused() -> None:
+    with pytest.warns(DeprecationWarning, match="trade is now benchmark") as issued:
+        assert se.trade is se.benchmark
+    assert issued[0].filename == __file__
+    with pytest.raises(TypeError, match="outputs is now only"):
+        se.load(TWO_R, "jacobian", outputs={"jacobian": ["tip"]})  # type: ignore[call-overload]
 
 
 def test_positions_are_given_as_before() -> None:

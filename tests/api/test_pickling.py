@@ -18,18 +18,18 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent
-from symoro_elastic.analysis.ladder.rung import Rung, Steps
-from symoro_elastic.analysis.trade_off.guaranteed import Contribution, GuaranteedCurve, GuaranteedPoint
-from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.ladder.rung import Budget, Expense, MeasuredEnd, PathStep, Rung, Steps
+from symoro_elastic.analysis.trade_off.guaranteed import GuaranteedCurve, GuaranteedPoint
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.api.options import Oscillating
 from symoro_elastic.api.vibrations import modes_along
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.results import Result, Shown
-from symoro_elastic.models.chain_joints import InverseRefused
-from symoro_elastic.numerics.guarantees.certificate import Guarantee
+from symoro_elastic.machine.within import Evidence
+from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.models.kinematics.inverse_geometric import InverseRefused
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.within.budget import Error
 from symoro_elastic.symbolic.program import OperationCount
 from tests.golden import ROOT
 
@@ -82,12 +82,12 @@ def _identified() -> Any:
 def _budget() -> Budget:
     machine, errors = read_machine(PLANAR)[0], {"tip.x": 1e-5}
     steps = Steps("w2", 10, errors, 120)
-    first = PathStep(Spent.WHOLE, (), errors, errors, Rung((), False, {"tip.x": 0.0}, steps))
+    first = PathStep(Expense.WHOLE, (), errors, errors, Rung((), False, {"tip.x": 0.0}, steps))
     return Budget(machine, {"tip.x": 1e-4}, (first,), MeasuredEnd(errors, errors, 1e-6, 1e-6), steps, None)
 
 
 def _curve() -> GuaranteedCurve:
-    part = Contribution(0.1, Guarantee.PROVEN)
+    part = Error(0.1, Evidence.PROVEN)
     one = GuaranteedPoint("recursion", "single", 0.3, 2, OperationCount(3, 4), part, part, 0.05, 7.0)
     return GuaranteedCurve("direct_dynamics", "1 %", (one,), (0,))
 
@@ -103,12 +103,15 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Control": lambda _: se.control(BALL_SCREW, damping=0.01),
     "DescribedMachine": lambda _: se.read(PLANAR),
     "Equations": lambda _: se.equations(PENDULUM, "inertia_matrix"),
+    "Evaluation": lambda _: se.evaluate(DRIVE, "inverse_dynamics", at={"motor": 0.1}),
     "ExcitingTrajectory": lambda _: _excited(),
+    "FrameStiffness": lambda _: se.stiffness(DRIVE, frame="tool"),
     "FeedForward": lambda _: se.feed_forward(DRIVE),
     "Generated": _generated,
     "GuaranteedCurve": lambda _: _curve(),
     "Identification": lambda _: _identified().found,
     "Identified": lambda _: _identified(),
+    "InverseGeometry": lambda _: se.ik(PENDULUM, position=(0.0, 0.0, 0.0)),
     "Ladder": lambda _: se.ladder(DRIVE, SCENE),
     "Certificate": lambda _: se.certify(PLANAR, "inertia_matrix").certificates[0],
     "Certificates": lambda _: se.certify(PLANAR, "inertia_matrix"),
@@ -119,15 +122,17 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "MachinePicture": lambda _: se.picture(PLANAR),
     "Lobes": lambda _: se.lobes(BALL_SCREW, direction="table.x", cutting=2e9, damping=0.02, speeds=(1000, 2000, 2)),
     "Modes": lambda _: se.modes(DRIVE, hold=["all"]),
+    "Reduced": lambda _: se.reduce(DRIVE, SCENE, for_="simulation"),
     "ReducedModel": lambda folder: se.generate(PLANAR, "inverse_dynamics", within="20 %", out=folder).reduced[0],
     "Report": lambda _: se.report(PENDULUM),
     "Response": lambda _: se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.q"]),
     "Simulation": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3)[0],
     "Simulations": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3),
     "Singularities": lambda _: se.singularities(PLANAR, components=["tip.x", "tip.y"]),
+    "StiffnessMap": lambda _: se.stiffness(DRIVE, frame="tool", along={"motor": [0.0, 0.5]}),
     "Sweep": lambda _: se.sweep(DRIVE, over={"arm.stiffness": [900.0, 1000.0]}, hold=["all"]),
     "Tracked": lambda _: modes_along(DRIVE, {"motor": [0.0, 0.1]}, Oscillating(hold=("all",))),
-    "Trade": lambda _: se.trade(PENDULUM, effort="quick", states=4),
+    "Trade": lambda _: se.benchmark(PENDULUM, effort="quick", states=4),
     "Updated": lambda _: _updated(),
     "Verification": lambda _: se.check(PENDULUM, "inertia_matrix"),
 }
@@ -154,6 +159,7 @@ def import_all() -> None:
             importlib.import_module(module.name)
 
 
+@pytest.mark.thorough
 def test_every_class_that_is_shown_is_pickled_here() -> None:
     import_all()
     own = {each.__name__ for each in classes(Shown) if each.__module__.startswith("symoro_elastic.")}
@@ -175,6 +181,7 @@ def alike(one: Any, other: Any) -> bool:
     return True if type(one).__eq__ is object.__eq__ else one == other or repr(one) == repr(other) == "nan"
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", [
     pytest.param(name, marks=[pytest.mark.thorough] if name in LONG else [])
     for name in MADE
@@ -220,6 +227,7 @@ def test_processes_map_a_model(backend: str) -> None:
         assert list(pool.map(_torques, given)) == [*map(_torques, given)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("backend", ["numpy", "c", "casadi", "jax", "sympy"])
 @pytest.mark.filterwarnings("ignore:JAX computes in single precision")
 def test_models_are_loaded_anew_from_pickles(backend: Any) -> None:
@@ -238,6 +246,7 @@ def test_a_model_on_an_array_library_is_pickled_by_its_module() -> None:
     assert float(again.inertia_matrix(strict.asarray([0.1]))[0, 0]) == pytest.approx(0.5, rel=1e-15)
 
 
+@pytest.mark.thorough
 def test_a_copy_is_a_model_of_its_own() -> None:
     model = se.load(PENDULUM, "inertia_matrix", backend="c")
     other = copy.copy(model)
@@ -245,6 +254,7 @@ def test_a_copy_is_a_model_of_its_own() -> None:
     assert other.inertia_matrix([0.1]) == pytest.approx(0.5, rel=1e-15)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("backend", ["numpy", "c", "sympy"])
 def test_a_model_is_closed_by_its_block(backend: str) -> None:
     with se.load(PENDULUM, "inertia_matrix", backend=backend) as model:
@@ -259,6 +269,7 @@ def test_a_model_is_closed_by_its_block(backend: str) -> None:
     assert repr(model).startswith("<Model of pendulum") and model.JOINTS == ("swing",)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="the memory maps of a process are read there")
 def test_libraries_leave_no_maps_behind() -> None:
     """Those that are closed, and those that nothing holds any more."""

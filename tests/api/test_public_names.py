@@ -36,10 +36,16 @@ def test_functions_are_described(name: str) -> None:
         assert "Parameters\n----------" in described  # type: ignore[operator]
 
 
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_results_have_public_names_for_annotations(name: str) -> None:
+    returned = str(inspect.signature(getattr(symoro_elastic, name)).return_annotation).split(" | ")
+    assert {*returned} <= {*symoro_elastic.__all__, "Path"}
+
+
 def test_commands_have_functions_of_their_names() -> None:
-    """All but those that only print, convert or draw."""
+    """All but those that only print, convert or draw; `tune` is `control(tune=True)`."""
     commands = {name.replace("-", "_") for name in cli.commands}
-    printed = {"show", "models", "formats", "schema", "convert", "view", "live", "report"}
+    printed = {"show", "models", "formats", "schema", "convert", "view", "live", "report", "tune"}
     assert commands - printed <= set(symoro_elastic.__all__)
 
 

@@ -33,29 +33,38 @@ def test_too_many_arguments_are_given_by_name(name: str) -> None:
     if any(row.kind is row.VAR_POSITIONAL for row in rows):
         return  # models, as many as there are
     placed = ", ".join(row.name for row in rows if row.kind is row.POSITIONAL_OR_KEYWORD)
-    with pytest.raises(TypeError, match=rf"^{name}\(\) takes {placed} by place, but got 20 arguments"):
+    with pytest.raises(TypeError, match=rf"^{name}\(\) accepts {placed} by place, but got 20 arguments"):
         function(*range(20))
 
 
 def test_what_may_be_meant() -> None:
-    with pytest.raises(TypeError, match=r"^trade\(\) got .*'quick': write effort='quick'$"):
-        se.trade(MACHINE, quick=True)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^benchmark\(\) got .*'quick': write effort='quick'$"):
+        se.benchmark(MACHINE, quick=True)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^response\(\) got .*'frequency'; did you mean 'frequencies'\?$"):
         se.response(MACHINE, frequency=1.0)  # type: ignore[call-arg]
-    with pytest.raises(
-        TypeError, match=r"^certify\(\) takes models by place, after machine: give them without a name$"
-    ):
-        se.certify(MACHINE, models=["inverse_dynamics"])  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^certify\(\) accepts models by place or by name, not both$"):
+        se.certify(MACHINE, "inverse_dynamics", models=["bias_forces"])  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"'base': give it to read, as in generate\(read\(machine, base=\.\.\.\)\)$"):
+        se.generate(MACHINE, base=True)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^identify\(\) is called without records$"):
         se.identify(MACHINE)  # type: ignore[call-arg]
-    with pytest.raises(se.InputError, match="point: dict is not an operating point: give other arguments by name"):
+    with pytest.raises(se.InputError, match="point: dict is not an operating point: numbers by name are over="):
         se.sweep(MACHINE, {"m2": [1, 2]})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("models", ["inertia_matrix", ["inertia_matrix", "bias_forces"]])
+def test_models_may_be_given_by_name(models: str | list[str]) -> None:
+    named = se.load(MACHINE, models=models)  # type: ignore[call-arg]
+    placed = se.load(MACHINE, *([models] if isinstance(models, str) else models))
+    for name in [models] if isinstance(models, str) else models:
+        assert callable(getattr(named, name)) and getattr(named, name).__doc__ == getattr(placed, name).__doc__
 
 
 OTHER = {"str": ["x"], "int": "x", "float": "x", "bool": [1, 2]}
 """A value of another type for each that annotations name."""
 NEEDED = {
     "identify": {"records": "log.csv"},
+    "ik": {"position": (0.1, 0.2, 0.3)},
     "lobes": {"direction": "tool.x", "cutting": 1e9},
     "update": {"tests": "tests.toml"},
     "write": {"path": "machine.toml"},
@@ -72,6 +81,7 @@ def plain_arguments() -> Iterator[tuple[str, str, str]]:
                 yield name, row.name, kinds[0]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("name", "argument", "kind"), list(plain_arguments()))
 def test_values_of_other_types_are_named(name: str, argument: str, kind: str) -> None:
     """A list where one name is meant, a text where a number is: one line, as for every wrong value."""

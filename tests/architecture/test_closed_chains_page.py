@@ -13,7 +13,7 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.loops.plan import FORMS, Form
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.closed_chains.machines import machine
 from tests.golden import ROOT
 
@@ -25,7 +25,7 @@ def snippets(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("program", snippets("python"))
 def test_programs_run(program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (bars,) = (toml.read(text, "four_bar.toml") for text in snippets("toml"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import statistics
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -55,8 +56,9 @@ HEAVY = {"numpy", "sympy", "mpmath", "jinja2", "rich", "latex2mathml"}
 
 def test_what_help_needs_is_light() -> None:
     """The command line imports heavy libraries inside its commands only."""
-    options = tuple(f"api/{name}.py" for name in ("declaration", "kinds", "options", "rows", "measuring_options"))
-    ground = tuple(f"foundation/{name}.py" for name in ("errors", "file_forms", "progress", "shipped", "version"))
+    names = ("declaration", "kinds", "options", "quantities", "rows", "measuring_options")
+    options = tuple(f"api/{name}.py" for name in names)
+    ground = tuple(f"foundation/{name}.py" for name in ("errors", "file_forms", "progress", "input_files", "version"))
     light = ("__main__.py", "__init__.py", *ground, "machine/format_names.py", *options)
     for path in (*(PACKAGE / name for name in light), *sorted((PACKAGE / "cli").glob("*.py"))):
         outermost = {
@@ -74,7 +76,7 @@ def test_what_help_needs_is_light() -> None:
 def test_generated_code_needs_numpy_only() -> None:
     for path in sorted((ROOT / "generated").rglob("*.py")):
         found = {module.split(".")[0] for module, _ in imports_of_generated(path)}
-        assert found <= {"numpy", "functools", "math", ""}, path
+        assert found <= {"numpy", "", *sys.stdlib_module_names}, path
 
 
 def imports_of_generated(path: Path) -> Iterator[tuple[str, int]]:
@@ -127,18 +129,49 @@ def test_data_know_no_printer_and_no_plot() -> None:
             assert not {module for module in used if {*module.split(".")} & {"views", "plots"}}, name
 
 
+def started(node: ast.Call) -> bool:
+    """Whether a call starts another program."""
+    return isinstance(node.func, ast.Attribute) and ast.unparse(node.func.value) == "subprocess"
+
+
+def badly_started(node: ast.Call) -> bool:
+    """Whether a program is waited for without limit, or what it prints has to be UTF-8."""
+    given = {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
+    is_text = given.keys() & {"text", "universal_newlines", "encoding"}
+    return (
+        ast.unparse(node.func) != "subprocess.run"
+        or "timeout" not in given
+        or bool(is_text and given.get("errors") != "'replace'")
+    )
+
+
+def test_programs_may_print_in_any_encoding_and_are_not_waited_for_without_limit() -> None:
+    found = [(path, node) for path in FILES for node in calls(path) if started(node)]
+    assert len(found) > 1
+    assert [f"{path}:{node.lineno}" for path, node in found if badly_started(node)] == []
+
+
+@pytest.mark.parametrize(
+    "text", ["run(x)", "run(x, text=True, timeout=1)", "run(x, encoding='utf-8', timeout=1)", "Popen(x)"]
+)
+def test_programs_that_are_badly_started_are_found(text: str) -> None:
+    (call,) = (node for node in ast.walk(ast.parse(f"subprocess.{text}")) if isinstance(node, ast.Call))
+    assert started(call) and badly_started(call)
+
+
 WRITES = {"write_text", "write_bytes", "savefig", "savez", "savez_compressed", "savemat", "savetxt", "copyfile", "dump"}
-# Modules that write to temporary folders, or to a stream in memory, beside the one that writes the files of users.
+# Modules that write to temporary folders, or to a stream in memory, beside the two that write the files of users.
 MAY_WRITE = {
     "foundation/output_files.py",
+    "foundation/replacing.py",
     "pages/equations/pdf.py",
     "codegen/compile.py",
-    "numerics/implementations.py",
+    "numerics/verification/implementations.py",
 }
 TO_MEMORY = {"foundation/pictures.py", "analysis/time_series/writing.py", "analysis/vibration/export.py"}
 
 
-def test_files_of_users_are_written_in_one_module() -> None:
+def test_files_of_users_are_written_in_two_modules() -> None:
     wrong = []
     for path in FILES:
         name = str(path.relative_to(PACKAGE))
@@ -172,15 +205,18 @@ def test_nothing_is_long() -> None:
         assert {name: length for name, length in functions(path).items() if length > LONGEST_FUNCTION} == {}, path
 
 
+@pytest.mark.thorough
 def test_half_of_the_functions_are_short() -> None:
     assert statistics.median(length for path in FILES for length in functions(path).values()) <= MEDIAN_FUNCTION
 
 
+@pytest.mark.thorough
 def test_the_dynamics_are_a_page() -> None:
     text = (PACKAGE / "mechanics" / "dynamics.py").read_text(encoding="utf-8")
     assert text.count("\n") <= LONGEST_PAGE
 
 
+@pytest.mark.thorough
 def test_templates_hold_no_mathematics() -> None:
     """They are short, and none does arithmetic on what it prints; scripts of pages are as short."""
     for path in sorted((ROOT / "templates").rglob("*.js")):

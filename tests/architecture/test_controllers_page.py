@@ -16,7 +16,7 @@ from symoro_elastic.codegen.targets.st import render_st
 from symoro_elastic.formats import read_machine
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import import_package, numpy_model
+from symoro_elastic.numerics.verification.implementations import import_package, numpy_model
 from tests.documented_pages import beside_examples, wrong_blocks
 from tests.golden import ROOT
 from tests.references.controlled import controlled
@@ -56,6 +56,7 @@ def states() -> dict[str, Array]:
     return {name: np.array([[value]]) for name, value in SET.items()}
 
 
+@pytest.mark.thorough
 def test_commands_print_what_is_shown(tmp_path: Path) -> None:
     with beside_examples(tmp_path):
         assert wrong_blocks(PAGE) == {}

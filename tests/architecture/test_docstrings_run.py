@@ -17,6 +17,7 @@ def test_the_first_session_prints_what_it_says(monkeypatch: pytest.MonkeyPatch) 
     assert not found.failed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("module", ["symoro_elastic.analysis.vibration"])
 def test_programs_in_docstrings_run(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the first import to the next sentence."""

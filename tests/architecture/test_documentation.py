@@ -14,11 +14,15 @@ import pytest
 
 import symoro_elastic
 from symoro_elastic.cli import cli
+from tests.conftest import IS_QUICK
 
 ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
-PROMISE = re.compile(r"^\| (?P<promise>[^|]+) \| `(?P<path>[\w/]+\.py)::(?P<name>\w+)` \|$", re.MULTILINE)
-PROMISES = PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
+PROMISE = re.compile(r"^\| ([^|]+) \| (`[\w/]+\.py::\w+`(?:, `[\w/]+\.py::\w+`)*) \|$", re.MULTILINE)
+PROMISES = [
+    (promise, re.findall(r"([\w/]+\.py)::(\w+)", tests))
+    for promise, tests in PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
+]
 DOCUMENTS = (
     *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md"),
     *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "docs").rglob("*.md"))),
@@ -38,17 +42,32 @@ def names_of_tests(path: str) -> set[str]:
 
 
 def test_every_promise_has_its_test() -> None:
-    absent = [row for row in PROMISES if not (TESTS / row[1]).is_file() or row[2] not in names_of_tests(row[1])]
-    assert absent == []
+    named = [test for _, tests in PROMISES for test in tests]
+    assert [(p, name) for p, name in named if not (TESTS / p).is_file() or name not in names_of_tests(p)] == []
 
 
+def test_every_promise_has_a_test_in_the_test_command(request: pytest.FixtureRequest) -> None:
+    """Of those whose files are collected: in the test command, all."""
+    is_quick = request.config.stash[IS_QUICK]
+    files = {name.split("::")[0] for name in is_quick}
+    slow = [
+        (promise, tests)
+        for promise, tests in PROMISES
+        if files >= {f"tests/{path}" for path, _ in tests}
+        and not any(is_quick.get(f"tests/{path}::{name}") for path, name in tests)
+    ]
+    assert slow == []
+
+
+@pytest.mark.thorough
 def test_promises_are_many_and_differ() -> None:
     table = text("tests/README.md").split("## Where each promise is tested")[1]
     rows = [line for line in table.splitlines() if line.startswith("| ") and "| |" not in line]
     assert len(rows) - 1 == len(PROMISES) >= 50, "every row but the heading is a promise with a test"
-    assert len({row[1:] for row in PROMISES}) == len(PROMISES)
+    assert len({str(tests) for _, tests in PROMISES}) == len(PROMISES)
 
 
+@pytest.mark.thorough
 def test_every_folder_of_tests_is_listed() -> None:
     table = text("tests/README.md").split("## Where each promise is tested")[0]
     named = set(re.findall(r"`([\w.]+)`", table))

@@ -44,6 +44,7 @@ def test_the_pages_are_up_to_date(path: Path) -> None:
     assert path.read_text(encoding="utf-8") == PAGES[path](), "python -m tests.architecture.equation_index --write"
 
 
+@pytest.mark.thorough
 def test_a_number_without_a_row_is_a_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(equation_index, "index", lambda: {62: [Place("symoro_elastic/mechanics/energy.py", "power")]})
     first, *others = without_row()

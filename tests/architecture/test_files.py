@@ -1,4 +1,4 @@
-"""Files are opened behind two doors, `input_files` and `output_files`: plain files only, and without waiting."""
+"""Files are opened behind few doors, `input_files`, `output_files`, `replacing`: plain files only, without waiting."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from symoro_elastic.analysis.time_series.reading import read_arrays
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file, open_file, read_file
-from symoro_elastic.foundation.output_files import open_at_end, permission, write_all, write_file
-from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.output_files import open_at_end, permission, write_all, write_file, write_files
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "symoro_elastic"
-DOORS = {"foundation/input_files.py", "foundation/output_files.py"}
+DOORS = {"foundation/input_files.py", "foundation/output_files.py", "foundation/replacing.py"}
 BUILT_IN = {"open"}
 METHODS = {"open", "read_text", "read_bytes", "write_text", "write_bytes", "is_file", "fdopen"}
 OF_NUMPY = {"load", "save", "loadtxt", "genfromtxt", "savetxt", "fromfile", "tofile", "memmap"}
@@ -44,6 +43,7 @@ def openings(path: Path) -> Iterator[ast.Call]:
                 yield node
 
 
+@pytest.mark.thorough
 def test_files_are_opened_behind_the_doors_only() -> None:
     found = {
         (path.relative_to(PACKAGE).as_posix(), ast.unparse(call))
@@ -116,9 +116,9 @@ def test_folders_devices_and_missing_files_are_said(tmp_path: Path) -> None:
     for path, said in (
         (tmp_path, "is not a file: it is a folder"),
         (Path("/dev/zero"), "is not a file: it is a device"),
-        (tmp_path / "none", "there is no such file"),
+        (tmp_path / "none", "no such file"),
         (tmp_path / ("a" * 5000), "cannot be read: File name too long"),
-        (tmp_path / "a\0b", "there is no such file"),
+        (tmp_path / "a\0b", "no such file"),
     ):
         assert not is_plain_file(path)
         with pytest.raises(InputError, match=said):

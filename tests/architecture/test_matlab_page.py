@@ -5,8 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 from pathlib import Path
 
-import pytest
-
 from tests.documented_pages import BLOCK, beside_examples, differences, output, runs
 from tests.golden import ROOT
 from tests.octave import needs_mkoctfile, needs_octave, run_octave
@@ -16,7 +14,6 @@ NEXT = "@@ next block @@"
 BLOCKS = [(text, shown) for (kind, text), (after, shown) in pairwise(BLOCK.findall(PAGE)) if kind == "matlab"]
 
 
-@pytest.mark.thorough
 @needs_octave
 @needs_mkoctfile
 def test_blocks_print_what_the_page_shows(tmp_path: Path) -> None:

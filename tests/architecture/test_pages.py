@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.pages.models_page import models_page
 from tests.documented_pages import Run, beside_examples, differences, output, runs, wrong_blocks
 from tests.golden import ROOT
@@ -52,6 +52,7 @@ def text(page: str) -> str:
     return (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) -> None:
     pytest.importorskip("scipy")
@@ -103,6 +104,7 @@ def test_tutorials_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         runpy.run_path(str(ROOT / "docs" / "tutorials" / f"{name}.py"))
 
 
+@pytest.mark.thorough
 def test_the_first_command_of_the_readme_prints_what_it_shows(tmp_path: Path) -> None:
     """Its two parts, run here; the set-up is what continuous integration does."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")

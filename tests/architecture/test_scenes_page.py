@@ -48,23 +48,20 @@ def test_commands_print_what_the_page_shows(folder: Path) -> None:
     static = tomllib.loads((folder / "reduced.toml").read_text(encoding="utf-8"))["scene"]["static"]
     assert static == pytest.approx(shown.pop("scene")["static"], abs=float(BELOW))
     assert written == shown
-    for drawn, kept in (("plots/rungs.svg", "scenes_rungs.svg"), ("spent/budget.svg", "scenes_budget.svg")):
+    for drawn, kept in (("plots/rungs.svg", "scenes_rungs.svg"), ("light/budget.svg", "scenes_budget.svg")):
         assert labels(folder / drawn) == labels(ROOT / "docs" / kept)
 
 
 def test_a_budget_saves_a_tenth_of_the_operations() -> None:
     """Of those with springs alone left out, and the errors that are measured stay within the tolerance."""
-    saved, verdict = re.findall(
-        r"(\d+)% fewer operations than with springs alone|: (within|beyond) the tolerance", PAGE
-    )
-    assert int(saved[0]) >= 10 and verdict[1] == "within"
+    saved = [int(x) for x in re.findall(r"(\d+)% fewer operations than with springs alone", PAGE)]
+    assert min(saved) >= 10 and max(map(float, re.findall(r"([\d.]+)% +measured", PAGE))) <= 100
 
 
 def labels(plot: Path) -> list[str]:
     return re.findall("<!-- .* -->", plot.read_text(encoding="utf-8"))
 
 
-@pytest.mark.thorough
 def test_the_loop_ends_where_numpy_does(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the nanometre that it prints; the same steps, the same numbers of its first lines."""
     (folder / "reduced.toml").write_text(REDUCED, encoding="utf-8")

@@ -6,12 +6,12 @@ import re
 from dataclasses import replace
 from functools import cache
 
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine, Orientation
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import Traced, trace_models
+from symoro_elastic.models.packaging import Traced, trace_models
 from symoro_elastic.quantities.time_steps import TimeStep
 from tests.golden import ROOT
 
@@ -47,7 +47,7 @@ def test_figures_on_a_floating_base() -> None:
         sizes.append(size["base_displacement"] + size["base_rates"])
     by_matrix, by_quaternion = sizes
     text = " ".join(PAGE.split())
-    assert f"a stage takes {by_quaternion} for the pose and its rates by quaternion, {by_matrix} by matrix" in text
+    assert f"a stage needs {by_quaternion} for the pose and its rates by quaternion, {by_matrix} by matrix" in text
 
 
 def test_figures() -> None:
@@ -55,7 +55,7 @@ def test_figures() -> None:
     size = {name: c.mul + c.div + c.add for name, c in count.items()}
     right, factors, solve = (size[name] for name in ("direct_dynamics", "implicit_factors", "implicit_solve"))
     text = " ".join(PAGE.split())
-    assert f"the models of a step of `rk4` take {4 * right} products" in text
+    assert f"the models of a step of `rk4` need {4 * right} products" in text
     assert f"of `w2` {2 * (right + solve) + factors}, of `w3` and `midpoint` {4 * (right + solve) + factors}." in text
 
 

@@ -37,8 +37,8 @@ def test_every_picture_that_a_guide_names_is_one() -> None:
         assert text.count("<!-- ") == len(guides.MADE.findall(text)) + len(guides.DRAWN.findall(text)), name
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("command", commands())
-@pytest.mark.sampled(7)
 def test_commands_of_pictures_run(command: str, tmp_path: Path) -> None:
     (tmp_path / "plots").mkdir()
     with beside_examples(tmp_path):

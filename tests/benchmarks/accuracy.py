@@ -20,11 +20,11 @@ from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.numerics.arrays import evaluate_arrays
-from symoro_elastic.numerics.values import given_values
-from symoro_elastic.numerics.verification.accuracy import Errors, measure, round_states, rounded_values
+from symoro_elastic.models.checks.degenerate import degeneracies
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.arrays import evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import given_values
+from symoro_elastic.numerics.verification.accuracy import Errors, Reference, measure, round_states, rounded_values
 from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
@@ -82,7 +82,7 @@ def chains(asked: argparse.Namespace) -> list[Row]:
                     states = round_states(at.gentle(machine, asked.few), precision)
                     values = rounded_values(given_values(machine), precision)
                     results = evaluate_arrays(traced, states, values, TYPES[precision.state])
-                    found = measure(traced, results, states, values, precision)
+                    found = measure(Reference(traced, states, values), results, precision)
                     rows.append(row(f"{asked.links} links, {masses}, {turns}, {precision.name}: {model}", found))
     return rows
 
@@ -96,8 +96,8 @@ def peers(asked: argparse.Namespace) -> list[Row]:
             states, values = at.gentle(machine, asked.few), given_values(machine)
             for model in BOTH if asked.links <= 100 else (DIRECT,):
                 traced = trace(machine, model)
-                ours = measure(traced, evaluate_arrays(traced, states, values, np.float64), states, values)
-                theirs = measure(traced, of_pinocchio(machine, model, states), states, values)
+                ours = measure(Reference(traced, states, values), evaluate_arrays(traced, states, values, np.float64))
+                theirs = measure(Reference(traced, states, values), of_pinocchio(machine, model, states))
                 what = f"{asked.links} links, {masses}, {turns}: {model}"
                 worst: dict[str, str | float] = {"ours, u": ours.worst, "Pinocchio, u": theirs.worst}
                 typical: dict[str, str | float] = {"ours, typical": ours.typical, "Pinocchio, typical": theirs.typical}

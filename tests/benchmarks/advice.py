@@ -1,4 +1,4 @@
-"""Whether what `trade` promises holds at unseen states: `python -m tests.benchmarks.advice [MACHINE ...]`.
+"""Whether what `benchmark` promises holds at unseen states: `python -m tests.benchmarks.advice [MACHINE ...]`.
 
 Of each model in single, mixed and double precision: the worst error at 100 000 unseen states, inputs in double, beside
 the bounds that 20 000 states give, each from another seed; and how many of these bounds hold.
@@ -10,16 +10,15 @@ import sys
 import tempfile
 from pathlib import Path
 
-from symoro_elastic.analysis.trade_off.compilation import parameters
 from symoro_elastic.analysis.trade_off.formulations import formulations
-from symoro_elastic.analysis.trade_off.trade import MEASURED_STATES
+from symoro_elastic.analysis.trade_off.trade import MEASURED_STATES, parameters
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import c_code
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.accuracy import UNSEEN, Reference, measure
+from symoro_elastic.numerics.verification.implementations import c_code
 from symoro_elastic.numerics.verification.states import moderate_states
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -41,10 +40,7 @@ def try_machine(path: Path) -> None:
             with tempfile.TemporaryDirectory() as folder:
                 compiled = compile_package(form.package, Path(folder), precision=precision)
                 code = c_code(compiled, parameters(form, precision), batch=True)
-                worst, *bounds = [
-                    measure(traced, code(traced, one.states), one.states, values, precision, reference=one)
-                    for one in exact
-                ]
+                worst, *bounds = [measure(one, code(traced, one.states), precision) for one in exact]
             low, high = min(one.bound for one in bounds), max(one.bound for one in bounds)
             held = sum(worst.relative <= one.bound for one in bounds)
             figures = (f"{worst.relative:.1e}", f"{low:.1e}", f"{high:.1e}", f"{held}/{len(bounds)}")

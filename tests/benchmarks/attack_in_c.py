@@ -127,7 +127,6 @@ def attack_in_c(package: Package, model: str, box: Box, precision: str, states: 
             x = np.ascontiguousarray([drawn[name] for name in symbols])
             pointers = (ctypes.c_void_p(array.ctypes.data) for array in (x, computed, error, low, high))
             library.compare(ctypes.c_long(count), *pointers)
-        compiled.close()
     return Worst(error, low, high)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.states import moderate_states
 from tests.benchmarks.arithmetic_limit import limit
 from tests.benchmarks.contest import Array, contest

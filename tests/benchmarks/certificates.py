@@ -42,13 +42,13 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
-from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Within
+from symoro_elastic.machine.within import ALL_RESULTS, Evidence, Keep, Within
 from symoro_elastic.machine.within import tolerance as tolerance_of
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.guarantees.certificate import Certificate
 from symoro_elastic.numerics.guarantees.certificates import Effort
+from symoro_elastic.numerics.guarantees.header import divisors, overflow
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
-from symoro_elastic.numerics.guarantees.wording import divisors, overflow
-from symoro_elastic.numerics.values import parameter_values
 from tests.benchmarks.attack_in_c import attack_in_c
 from tests.benchmarks.reduced_models import attack_reduced
 from tests.closed_chains.machines import FILES
@@ -190,7 +190,7 @@ def print_searches() -> None:
     for name, model, tolerance, guaranteed in SEARCHED:
         machine = DescribedMachine.of(with_values(se.read(EXAMPLES / name)))
         machine = machine if machine.limits else replace(machine, limits=limits_of_test(machine))
-        within = Within({ALL_RESULTS: tolerance_of(tolerance)}, Keep.TERMS, Guaranteed(guaranteed))
+        within = Within({ALL_RESULTS: tolerance_of(tolerance)}, Keep.TERMS, Evidence(guaranteed))
         stages = Stages()
         scene = Scene((model,), within=within)
         base = prepare_machine(machine, lambda line: None, base=name in GROUPED)

@@ -32,8 +32,8 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.benchmarks import nvrtc
 from tests.benchmarks.cuda_driver import Device, DriverError
 from tests.benchmarks.machines import arm_6, arm_7, chain, example, two_axis

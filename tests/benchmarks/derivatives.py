@@ -54,7 +54,7 @@ def match(title: str, model: str, rounds: int) -> tuple[Match, dict[str, int]]:
     """Times, and operations of ours and of CasADi's."""
     machine = MACHINES[title]()
     file, x, n = pinocchio_cpp.model_file(machine), states(machine, model), len(machine.independent)
-    contestants = [pinocchio_cpp.contestant(file, model, x, BY * n * n)]
+    contestants = pinocchio_cpp.contestants(file, model, x, BY * n * n)
     folded = code(machine, model)
     counts = {"ours": folded.operations.products + folded.operations.add}
     if find_spec("casadi"):

@@ -25,8 +25,8 @@ from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from tests.benchmarks.machines import example
 from tests.benchmarks.tables import print_table, progress
 

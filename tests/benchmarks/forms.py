@@ -17,10 +17,10 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.models.degenerate import SingularPivot
-from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.checks.degenerate import SingularPivot
+from symoro_elastic.models.programs.catalogue import TracedModel, trace_scene
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.forms import WITHIN, Choice, chosen_form
 from symoro_elastic.numerics.verification.states import States, moderate_states
 from tests.benchmarks.machines import EXAMPLES, MACHINES, chain, example

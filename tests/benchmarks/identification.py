@@ -1,9 +1,13 @@
 """How far estimates are from the truth, in their own standard deviations, over many runs of simulated noise:
-`python -m tests.benchmarks.identification [--runs N] [--json FILE]`."""
+`python -m tests.benchmarks.identification [--runs N] [--json FILE] [--store] [--stored]`.
+
+The stored table is of undisturbed records and of records with faults of sensors.
+"""
 
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -12,23 +16,64 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, random_motion
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
-from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.simulation.simulated_measurements import Controller, Sensors, measure, simulate
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.measured.fitting.estimates import Verdict
+from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
+from symoro_elastic.measured.logs.identify import LogSettings, identify
+from symoro_elastic.measured.logs.regression import ByLinearity, regressor
+from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.machines import Row, arm_6, built, example
-from tests.benchmarks.tables import print_table, progress, save_json
+from tests.benchmarks.tables import Error, Run, add_options, has_table_run, print_table, progress, run_of, save_json
 
 SAMPLING = 1000.0  # Hz
 RUNS = 50
 PERIODS = 2
 SEED = 1000  # of the noise of the first run
 TURN = 2 * np.pi
+CONTAINED = 1e-9  # coefficient of an undetermined parameter in an estimate, below which the estimate has a truth
+SPIKES, SPIKE_SIZE = 0.01, 0.5  # fraction of torques that are spikes; their size, of the range of the torque
+LATE = 5  # samples
+CLIPPED = 0.05  # fraction of the torques of a joint that are at the ends of its range
+TABLE_RUNS = 6
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of the sensors of a record, and words by which notes report it."""
+
+    change: Callable[[Measurements, np.random.Generator], Measurements]
+    reported: str
+
+
+def _spiked(record: Measurements, rng: np.random.Generator) -> Measurements:
+    hit = rng.uniform(size=record.tau.shape) < SPIKES
+    sizes = SPIKE_SIZE * np.ptp(record.tau, axis=0) * rng.choice([-1.0, 1.0], record.tau.shape)
+    return replace(record, tau=record.tau + np.where(hit, sizes, 0.0))
+
+
+def _late(record: Measurements, _: np.random.Generator) -> Measurements:
+    q = record.q.copy()
+    q[LATE:, 0] = record.q[:-LATE, 0]
+    return replace(record, t=record.t[LATE:], q=q[LATE:], tau=record.tau[LATE:])
+
+
+def _clipped(record: Measurements, _: np.random.Generator) -> Measurements:
+    tau = record.tau.copy()
+    tau[:, 0] = np.clip(tau[:, 0], *np.quantile(tau[:, 0], [CLIPPED / 2, 1 - CLIPPED / 2]))
+    return replace(record, tau=tau)
+
+
+FAULTS = {
+    "spikes": Fault(_spiked, "spikes"),
+    "late column": Fault(_late, "buffered channel"),
+    "clipped column": Fault(_clipped, "stays at"),
+}
 
 
 @dataclass(frozen=True)
@@ -48,9 +93,11 @@ class Case:
         q, tau = (np.tile(x, (periods, 1)) for x in (one.q, one.tau))
         return measure(Measurements(t, q, tau), self.sensors, seed)
 
-    def identified(self, periods: int, seed: int) -> Identification:
-        """Return the parameters found from a record of some periods."""
-        return identify(self.machine, self.record(periods, seed), known=self.known, Y=_regressor(self.machine.name))
+    def identified(self, periods: int, seed: int, fault: Fault | None = None) -> Identification:
+        """Return the parameters identified from a record of some periods, with a fault of its sensors."""
+        record = self.record(periods, seed)
+        record = fault.change(record, np.random.default_rng([seed, 5])) if fault else record
+        return identify(self.machine, record, LogSettings(known=self.known), Y=_regressor(self.machine.name))
 
 
 @cache
@@ -155,6 +202,56 @@ CASES: dict[str, Callable[[str], Case]] = {
 }
 
 
+def bare(label: str) -> str:
+    """Return a label without underscores, which are in it where a name of the machine is in use."""
+    return label.replace("_", "")
+
+
+def errors_of(identified: Identification, truth: Mapping[str, float] | None = None) -> dict[str, Error]:
+    """Return errors by bare label; by the values of the file without `truth`, with the file where it is trusted.
+
+    Values that contain the effect of parameters which this record does not determine have no truth of their own.
+    """
+    bodies, grouping = identified.possible, identified.estimation.grouping
+    alone = dict.fromkeys(grouping.kept, True)
+    if grouping.dropped:
+        alone = {k: bool(np.abs(row).max() < CONTAINED) for k, row in zip(grouping.kept, grouping.beta, strict=True)}
+    stds = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in identified.estimates]
+    errors = {}
+    for k, (e, std) in enumerate(zip(identified.estimates, stds, strict=True)):
+        true = e.unknown.nominal if truth is None else truth.get(bare(e.unknown.label), math.nan)
+        if alone.get(k, False) and math.isfinite(true):
+            errors[bare(e.unknown.label)] = Error(
+                e.value - true, float(std), abs(true), e.verdict is Verdict.IDENTIFIED
+            )
+    return errors
+
+
+def run_of_log(
+    seed: int, fit: Callable[[], Identification], reported: str = "", truth: Mapping[str, float] | None = None
+) -> Run:
+    """Return the run of a stored table; `reported` where notes contain these words, `rejected` for an `InputError`."""
+    try:
+        identified = fit()
+    except InputError:
+        return Run(seed, "rejected")
+    is_reported = bool(reported) and any(reported in note for note in identified.notes)
+    return run_of(seed, "reported" if is_reported else "accepted", errors_of(identified, truth).values())
+
+
+TABLE = dict.fromkeys((*CASES, *(f"{title}, {fault}" for title in list(CASES)[1:] for fault in FAULTS)), TABLE_RUNS)
+"""Numbers of runs by row of the stored table: of cases, and of all but the first with faults."""
+
+
+def table_run(row: str, seed: int) -> Run:
+    """Return a run of a row of the stored table."""
+    title = max((title for title in CASES if row.startswith(title)), key=len)
+    fault = FAULTS.get(row.removeprefix(f"{title}, "))
+    return run_of_log(
+        seed, lambda: _case(title).identified(PERIODS, SEED + seed, fault), fault.reported if fault else ""
+    )
+
+
 def deviations(title: str, periods: int, runs: int, first: int = SEED) -> tuple[Array, Array, list[str]]:
     """Return (estimate - truth) / std and errors (runs, parameters), NaN where not found, and the labels."""
     case = _case(title)
@@ -191,7 +288,10 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--json", type=Path, help="save the figures")
     parser.add_argument("--only", nargs="*", default=list(CASES))
+    add_options(parser)
     arguments = parser.parse_args()
+    if has_table_run(arguments, "identification", TABLE, table_run):
+        return
     found = {title: figures(title, arguments.runs) for title in arguments.only}
     heads = ("machine", *next(iter(found.values())))
     print_table(

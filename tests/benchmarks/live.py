@@ -70,7 +70,7 @@ def saved(page: Any, path: Path, k: int) -> tuple[float, float, float]:
     clock, in_page = time.perf_counter() - begin, worked(metrics) - before
     page.wait_for_selector("body[data-modes=true]")
     begin = time.process_time()
-    next(part for part in parts_of_file(str(path), text) if part.name == "picture")
+    next(part for part in parts_of_file(str(path), text.encode()) if part.name == "picture")
     return clock, time.process_time() - begin, in_page
 
 

@@ -1,5 +1,6 @@
 """How honest standard deviations are for logs as they are, and for each option of `identify`:
-`python -m tests.benchmarks.logs [--runs N] [--first N] [--only CASE ...] [--json FILE]` (OPENBLAS_NUM_THREADS=1).
+`python -m tests.benchmarks.logs [--runs N] [--first N] [--only CASE ...] [--json FILE] [--store] [--stored]`
+(OPENBLAS_NUM_THREADS=1).
 
 An arm of two joints, gravity, dry friction; motion, noise of torques, zeros of encoders (17 bits), lost samples and
 gaps are drawn anew in each run. Torques are those of the model plus laws that are written out here. `wider` is the
@@ -19,29 +20,30 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, random_motion
-from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
-from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
-from symoro_elastic.analysis.time_series.clocks import taken, tidied
+from symoro_elastic.analysis.simulation.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.time_series.clocks import part_of, tidy
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Spring
-from symoro_elastic.numerics.implementations import numpy_model
-from tests.benchmarks.identification import with_friction
+from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
+from symoro_elastic.measured.logs.friction_laws import FrictionLaws
+from symoro_elastic.measured.logs.identify import LogSettings, identify
+from symoro_elastic.measured.logs.regression import ByLinearity, regressor
+from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.verification.implementations import numpy_model
+from tests.benchmarks.identification import FAULTS, Fault, bare, errors_of, run_of_log, with_friction
 from tests.benchmarks.machines import Row, built
-from tests.benchmarks.possible import off
-from tests.benchmarks.tables import print_table, progress, save_json
+from tests.benchmarks.possible import TWICE, off
+from tests.benchmarks.tables import Run, add_options, has_table_run, print_table, progress, save_json
 
 RUNS, DURATION, RATE = 40, 15.0, 250.0
 NOISE, STEP, FINE = np.array([0.3, 0.1]), 2 * np.pi / 2**17, 2e-6
 OFFSETS, LATE = np.array([0.8, -0.3]), 0.006
 LOAD, STATIC, VELOCITY, WARMER = 0.08, 1.2, 0.15, 0.7
-WRONG, CONTAINED = 0.3, 1e-9
+WRONG = 0.3  # relative deviation of the bodies of a wrong file
 
 
 @cache
@@ -118,7 +120,7 @@ def _plain(seed: int) -> Measurements:
 
 def _lost(seed: int) -> Measurements:
     draw = Draw(seed)
-    return taken(draw.record(), draw.rng.uniform(size=len(draw.t)) > 0.05)
+    return part_of(draw.record(), draw.rng.uniform(size=len(draw.t)) > 0.05)
 
 
 def _gaps(seed: int) -> Measurements:
@@ -126,7 +128,7 @@ def _gaps(seed: int) -> Measurements:
     kept = np.ones(len(draw.t), dtype=bool)
     for first in draw.rng.integers(500, len(kept) - 500, 3):
         kept[first : first + 200] = False
-    return taken(draw.record(), kept)
+    return part_of(draw.record(), kept)
 
 
 def _stamps(seed: int) -> Measurements:
@@ -235,17 +237,17 @@ class Case:
     record: Record = _plain
     asked: Mapping[str, Any] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)
-    wrong_file: bool = False
+    wrong: float = 0.0
     machine: Callable[[], Machine] = arm
 
     def identified(self, seed: int) -> Identification:
         """Return what is found in a run."""
         machine = self.machine()
         given = self.record(seed)
-        records = [tidied(x, machine) for x in (given if isinstance(given, list) else [given])]
-        if self.wrong_file:
-            return identify(off(machine, WRONG, seed), records, **self.asked)
-        return identify(machine, records, Y=_y(machine.name), **self.asked)
+        records = [tidy(x, machine) for x in (given if isinstance(given, list) else [given])]
+        if self.wrong:
+            return identify(off(machine, self.wrong, seed), records, LogSettings(**self.asked))
+        return identify(machine, records, LogSettings(**self.asked), Y=_y(machine.name))
 
 
 BOTH = (1, 2)
@@ -283,17 +285,83 @@ CASES = {
     "load friction of zero": Case(asked={"laws": LAWS["load friction"][0]}, truth={"FL1": 0.0, "FL2": 0.0}),
     "Stribeck of zero": Case(asked={"laws": LAWS["Stribeck"][0]}, truth={"FB1": 0.0, "FB2": 0.0}),
     "link side": Case(_behind, {"unseen": HIDDEN}),
-    "possible": Case(asked={"trust": math.inf}, wrong_file=True),
-    "possible, trust 0.3": Case(asked={"trust": WRONG}, wrong_file=True),
+    "possible": Case(asked={"trust": math.inf}, wrong=WRONG),
+    "possible, trust 0.3": Case(asked={"trust": WRONG}, wrong=WRONG),
+    "possible, trust 0.1 named wrongly": Case(asked={"trust": 0.1}, wrong=WRONG),
+    "file off by 2": Case(wrong=TWICE),
+    "possible, file off by 2": Case(asked={"trust": math.inf}, wrong=TWICE),
     "load friction, possible": Case(
-        _loaded, {"laws": LAWS["load friction"][0], "trust": math.inf}, LAWS["load friction"][2], wrong_file=True
+        _loaded, {"laws": LAWS["load friction"][0], "trust": math.inf}, LAWS["load friction"][2], wrong=WRONG
     ),
     "springs": Case(_shaken, machine=elastic),
     "springs, 17 bits": Case(lambda seed: _shaken(seed, STEP), machine=elastic),
-    "springs, possible": Case(_shaken, {"trust": math.inf}, wrong_file=True, machine=elastic),
-    "springs, possible, trust 0.3": Case(_shaken, {"trust": WRONG}, wrong_file=True, machine=elastic),
+    "springs, possible": Case(_shaken, {"trust": math.inf}, wrong=WRONG, machine=elastic),
+    "springs, possible, trust 0.3": Case(_shaken, {"trust": WRONG}, wrong=WRONG, machine=elastic),
     "coupled wrist": Case(_coupled, machine=wrist),
 }
+
+
+def _factors(k: int, factor: float) -> Array:
+    return np.where(np.arange(2) == k, factor, 1.0)
+
+
+def _dead_band(tau: Array) -> Array:
+    """Torques of the elbow by a sensor that shows zero for most of them."""
+    return np.where((abs(tau) < np.quantile(abs(tau), 0.8, axis=0)) & (np.arange(2) == 1), 0.0, tau)
+
+
+Change = Callable[[Measurements], Measurements]
+
+
+def replaced(block: str, change: Callable[[Array], Array]) -> Change:
+    """Return a change of one of t, q, tau."""
+    return lambda record: replace(record, **{block: change(getattr(record, block))})  # type: ignore[arg-type]
+
+
+def _of_motor(record: Measurements) -> Measurements:
+    ratio = _factors(1, -50.0)
+    return replace(record, q=record.q * ratio, tau=record.tau / ratio)
+
+
+_MISTAKES: dict[str, tuple[Change, str]] = {
+    "degrees": (replaced("q", np.rad2deg), "positions are in degrees"),
+    "sign of q": (replaced("q", lambda q: q * _factors(1, -1.0)), "q_elbow has the opposite sign"),
+    "tau exchanged": (replaced("tau", lambda tau: tau[:, ::-1]), "tau_lift and tau_elbow are exchanged"),
+    "joints exchanged": (
+        lambda x: replace(x, q=x.q[:, ::-1], tau=x.tau[:, ::-1]), "columns of lift and elbow are exchanged"
+    ),
+    "gain 0.01": (replaced("tau", lambda tau: tau * _factors(0, 0.01)), "give --gain"),
+    "gain 1000": (replaced("tau", lambda tau: tau * _factors(1, 1000.0)), "give --gain elbow="),
+    "zero torque": (
+        replaced("tau", lambda tau: tau * _factors(1, 0.0)), "tau_elbow does not change while the joint moves"
+    ),
+    "dead band": (replaced("tau", _dead_band), "tau_elbow is 0 at "),
+    "signs of tau": (replaced("tau", lambda tau: -tau), "all torques have the opposite sign"),
+    "all torques 0.01": (replaced("tau", lambda tau: tau / 100), "all values are 0.0"),
+    "minutes": (replaced("t", lambda t: t / 60), "t is in minutes"),
+    "q of the motor": (
+        replaced("q", lambda q: q * _factors(0, 81.0)), "q_lift is of the motor, not the joint, with a ratio of about "
+    ),
+    "motor": (_of_motor, "q_elbow and tau_elbow are of the motor, not the joint, with a ratio of about -"),
+    "velocity": (lambda x: replace(x, tau=np.gradient(x.q, x.t, axis=0)), "is the velocity of"),
+    "absolute values": (replaced("tau", np.abs), "tau_lift, tau_elbow: absolute values, whose signs are lost"),
+}  # fmt: skip
+
+
+def _fault(change: Change, reported: str) -> Fault:
+    return Fault(lambda record, _: change(record), reported)
+
+
+MISTAKES = {name: _fault(*mistake) for name, mistake in _MISTAKES.items()}
+"""Mistakes in the columns of a log of the arm."""
+REPORTED = {"1 % spikes of 10 torques": "spikes", "contacts, robust": "stand out"}
+"""Words by which notes report what disturbs a case."""
+TABLE = {
+    **{title: 3 if case.machine is elastic else 6 for title, case in CASES.items()},
+    **{f"plain, {name}": 6 for name in ("late column", "clipped column")},
+    **{f"mistake: {name}": 3 for name in MISTAKES},
+}
+
 OF_MACHINES = {arm().name: "plain", elastic().name: "springs", wrist().name: "coupled wrist"}
 """Logs whose file is right, by machine."""
 
@@ -305,25 +373,26 @@ def truth_of(case: Case) -> dict[str, float]:
     return {bare(label): x for label, x in found.items()}
 
 
-def bare(label: str) -> str:
-    """Return a label without underscores, which stand where a name of the machine is taken."""
-    return label.replace("_", "")
-
-
 def deviations(found: Identification, truth: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Return (estimate - truth) / std and std by label; with the file where it is trusted.
+    """Return (estimate - truth) / std and std by label, of those with a standard deviation."""
+    errors = errors_of(found, truth)
+    return {label: (e.error / e.std, e.std) for label, e in errors.items() if math.isfinite(e.std)}
 
-    Values that contain the effect of parameters which this record does not tell have no truth of their own.
-    """
-    bodies, grouping = found.possible, found.estimation.grouping
-    alone = dict.fromkeys(grouping.kept, True)
-    if grouping.dropped:
-        alone = {k: bool(np.abs(row).max() < CONTAINED) for k, row in zip(grouping.kept, grouping.beta, strict=True)}
-    stated = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in found.estimates]
-    each = enumerate(zip(found.estimates, stated, strict=True))
-    pairs = {bare(e.unknown.label): (e.value, std) for k, (e, std) in each if alone.get(k, False)}
-    known = {x: y for x, y in pairs.items() if math.isfinite(truth.get(x, math.nan)) and math.isfinite(y[1])}
-    return {label: ((value - truth[label]) / std, std) for label, (value, std) in known.items()}
+
+def table_run(row: str, seed: int) -> Run:
+    """Return a run of a row of the stored table."""
+    if row in CASES:
+        case = CASES[row]
+        return run_of_log(seed, lambda: case.identified(seed), REPORTED.get(row, ""), _truth(row))
+    kind, name = row.split(": " if row.startswith("mistake") else ", ")
+    fault = MISTAKES[name] if kind == "mistake" else FAULTS[name]
+    case = Case(lambda seed: fault.change(Draw(seed).record(), np.random.default_rng([seed, 5])))
+    return run_of_log(seed, lambda: case.identified(seed), fault.reported, _truth("plain"))
+
+
+@cache
+def _truth(title: str) -> dict[str, float]:
+    return truth_of(CASES[title])
 
 
 def figures(title: str, runs: int, first: int, plain: Mapping[str, float]) -> tuple[dict[str, Any], dict[str, float]]:
@@ -364,7 +433,10 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first draw")
     parser.add_argument("--only", nargs="*", default=list(CASES))
     parser.add_argument("--json", type=Path, help="save the figures")
+    add_options(parser)
     given = parser.parse_args()
+    if has_table_run(given, "logs", TABLE, table_run):
+        return
     found = table(given.only, given.runs, given.first)
     if given.json:
         save_json(given.json, found)

@@ -17,10 +17,9 @@ from symoro_elastic.formats.reading import read
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.models.packaging import reserved_words
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import reserved_words, trace_models
+from symoro_elastic.models.programs.catalogue import MODELS
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.benchmarks.tables import print_table
 from tests.octave import calls_of, octave, run_octave, ulps, written
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.formats import FORMATS, read_machine
-from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.figure import placements_of
 from tests.command_line import EXAMPLES, ended
 
 FLAGS = (

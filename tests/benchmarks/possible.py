@@ -1,35 +1,46 @@
-"""How far possible bodies are from the truth, in standard deviations from data and with the file:
-`python -m tests.benchmarks.possible [--runs N] [--trust SHARE] [--only SECONDS ...] [--json FILE]`.
+"""How far possible bodies are from the truth, by standard deviations from data and with the file:
+`python -m tests.benchmarks.possible [--store] [--stored]`; without options, the stored table is printed.
 
 An arm of three joints with dry friction; motion, noise of torques, zeros of encoders (17 bits) and the file, its bodies
-wrong by 30 %, are drawn anew in each run. Least squares takes no record of two seconds.
+wrong by 30 %, are drawn anew in each run. Least squares rejects records of two seconds. Records of six seconds have
+faults of sensors, bodies off by about 2, or a deviation that is named wrongly.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.pseudo_inertia import inertial_parameters, pseudo_inertia
-from symoro_elastic.analysis.identification.regression import nominal_body, regressor
 from symoro_elastic.analysis.time_series.measurements import Measurements
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Machine
+from symoro_elastic.measured.logs.identify import LogSettings, identify
+from symoro_elastic.measured.logs.pseudo_inertia import inertial_parameters, pseudo_inertia
+from symoro_elastic.measured.logs.regression import nominal_body, regressor
 from symoro_elastic.mechanics.regressor import INERTIAL
+from tests.benchmarks.identification import FAULTS, bare, run_of_log
 from tests.benchmarks.sensors import Sensing, three_axis
-from tests.benchmarks.tables import print_table, progress, save_json
+from tests.benchmarks.tables import Run, print_or_run_table
 
-RUNS, WRONG, TRUST = 30, 0.3, 0.3
-SECONDS = (2.0, 6.0, 20.0)
-ALONE, WITH_FILE, PLAIN = "possible", "possible, with file", "least squares"
+WRONG = 0.3  # relative deviation of the bodies of a file
+TRUST = 0.3
+TWICE = 1.0
+"""Relative deviation of bodies whose masses are off by a factor of about 2."""
+ROWS: dict[str, tuple[float, float | None, str, float]] = {
+    "2 s, least squares": (2.0, None, "", WRONG),
+    "2 s": (2.0, math.inf, "", WRONG), "2 s, with file": (2.0, TRUST, "", WRONG),
+    "6 s, least squares": (6.0, None, "", WRONG), "6 s": (6.0, math.inf, "", WRONG),
+    "6 s, with file": (6.0, TRUST, "", WRONG), "20 s": (20.0, math.inf, "", WRONG),
+    **{f"6 s, {fault}": (6.0, math.inf, fault, WRONG) for fault in FAULTS},
+    **{f"6 s, with file, {fault}": (6.0, TRUST, fault, WRONG) for fault in FAULTS},
+    "6 s, off by 2": (6.0, math.inf, "", TWICE), "6 s, with file, off by 2": (6.0, TWICE, "", TWICE),
+    "6 s, with file, 0.1 named": (6.0, 0.1, "", WRONG), "2 s, with file, 0.1 named": (2.0, 0.1, "", WRONG),
+}  # fmt: skip
+"""Seconds, trust, fault of sensors and deviation of the file, by row of the stored table."""
+TABLE = dict.fromkeys(ROWS, 8)
 
 
 def off(machine: Machine, share: float, seed: int) -> Machine:
@@ -53,72 +64,28 @@ def cut(record: Measurements, seconds: float) -> Measurements:
     return replace(record, t=record.t[inside], q=record.q[inside], tau=record.tau[inside])
 
 
-@dataclass
-class Errors:
-    """Errors over the standard deviations that are stated, and over those of least squares; widths over the latter."""
-
-    z: list[float] = field(default_factory=list)
-    of_data: list[float] = field(default_factory=list)
-    widths: list[float] = field(default_factory=list)
-    refused: int = 0
-
-    def add(self, found: Identification, truth: Sequence[float], with_file: bool) -> None:
-        """Add the estimates of a run; offsets, which are zero, follow those of the machine."""
-        stated = found.possible.with_file if with_file and found.possible else [e.std for e in found.estimates]
-        for e, std, true in zip(found.estimates, stated, truth, strict=False):
-            if math.isfinite(std) and math.isfinite(true):
-                self.z.append((e.value - true) / std)
-                self.of_data.append((e.value - true) / e.std)
-                self.widths.append(std / e.std)
-
-    @property
-    def figures(self) -> dict[str, Any]:
-        """Share within 1.96 standard deviations, errors over those of least squares, median width over theirs."""
-        if not self.z:
-            return {"refused": self.refused, "estimates": 0}
-        z, own = np.array(self.z), np.array(self.of_data)
-        own = own[np.isfinite(own)]
-        return {
-            "refused": self.refused, "estimates": len(z), "within 95 %": float((np.abs(z) < 1.96).mean()),
-            "rms": float(np.sqrt((z**2).mean())), "error / least squares": float(np.sqrt((own**2).mean())),
-            "median width": float(np.nanmedian(self.widths)),
-        }  # fmt: skip
-
-
-def errors(seconds: float, runs: int, trust: float) -> dict[str, Errors]:
-    """Return how far estimates of some runs are from the truth, by way."""
-    arm, found = three_axis(), {way: Errors() for way in (PLAIN, ALONE, WITH_FILE)}
+@cache
+def _truth() -> dict[str, float]:
+    arm = three_axis()
     whole = identify(arm.machine, arm.record(Sensing(), 0), Y=arm.regressor)
-    truth = [e.unknown.nominal for e in whole.estimates]
-    for seed in progress(range(runs), f"{seconds:g} s"):
-        machine, record = off(arm.machine, WRONG, seed), cut(arm.record(Sensing(), seed), seconds)
-        Y = regressor(machine)
-        for way, trusted in ((PLAIN, None), (ALONE, math.inf), (WITH_FILE, trust)):
-            try:
-                one = identify(machine, record, Y=Y, trust=trusted)
-            except InputError:
-                found[way].refused += 1
-                continue
-            found[way].add(one, truth, way == WITH_FILE)
-    return found
+    return {bare(e.unknown.label): e.unknown.nominal for e in whole.estimates}
+
+
+def table_run(row: str, seed: int) -> Run:
+    """Return a run of a row of the stored table."""
+    seconds, trust, fault, deviation = ROWS[row]
+    arm = three_axis()
+    record = cut(arm.record(Sensing(), seed), seconds)
+    if fault:
+        record = FAULTS[fault].change(record, np.random.default_rng([seed, 5]))
+    machine = off(arm.machine, deviation, seed)
+    Y = regressor(machine)
+    reported = FAULTS[fault].reported if fault else ""
+    return run_of_log(seed, lambda: identify(machine, record, LogSettings(trust=trust), Y=Y), reported, _truth())
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.possible", description=__doc__)
-    parser.add_argument("--runs", type=int, default=RUNS)
-    parser.add_argument("--trust", type=float, default=TRUST)
-    parser.add_argument("--only", nargs="*", type=float, default=SECONDS)
-    parser.add_argument("--json", type=Path, help="save the figures")
-    given = parser.parse_args()
-    found: dict[str, dict[str, Any]] = {}
-    for seconds in given.only:
-        each = errors(seconds, given.runs, given.trust)
-        found |= {f"{seconds:g} s, {way}": one.figures for way, one in each.items()}
-        if given.json:
-            save_json(given.json, found)
-    heads = ("record, way", *max(found.values(), key=len))
-    rows = [(t, *(f"{x:.3g}" if isinstance(x, float) else str(x) for x in f.values())) for t, f in found.items()]
-    print_table("truth within standard deviations", heads, rows)
+    print_or_run_table("possible", TABLE, table_run)
 
 
 if __name__ == "__main__":

@@ -58,10 +58,11 @@ def _or(x: float | None, form: str) -> str:
 def of_loops(problem: str, rounds: int) -> Iterator[Row]:
     """Ours by articulated bodies and by the inertia matrix, Pinocchio's with four settings of multipliers."""
     sample = near(problem)
-    found = [*(sample.theirs(*how) for how in PROXIMAL), *(sample.ours(model, False) for model in MODELS)]
+    builds = [build for how in PROXIMAL for build in sample.theirs(*how)]
+    found = [*builds, *(sample.ours(model, False) for model in MODELS)]
     errors = {one.name: float(sample.errors(one).max()) for one in found}
     times = contest(found, rounds)
-    exact = [one.name for one in found[: len(PROXIMAL)] if errors[one.name] < EXACT]
+    exact = [one.name for one in builds if errors[one.name] < EXACT]
     reference = min(exact, key=times.median) if exact else None
     for name, error in errors.items():
         ratio = times.ratio(reference, name) if reference else None

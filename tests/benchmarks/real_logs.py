@@ -23,16 +23,16 @@ from typing import Any
 import numpy as np
 
 import symoro_elastic as se
-from symoro_elastic.analysis.identification.identified import Identified
-from symoro_elastic.analysis.identification.pseudo_inertia import pseudo_inertia
-from symoro_elastic.analysis.identification.regression import nominal_body
-from symoro_elastic.analysis.identification.validation import Fit, validation_of
 from symoro_elastic.analysis.time_series.measurements import Measurements, measurements_of
 from symoro_elastic.analysis.time_series.preparation import Preparation
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
+from symoro_elastic.measured.logs.identified import Identified
+from symoro_elastic.measured.logs.pseudo_inertia import pseudo_inertia
+from symoro_elastic.measured.logs.regression import nominal_body
+from symoro_elastic.measured.logs.validation import Fit, validation_of
 from symoro_elastic.mechanics.regressor import INERTIAL
 from tests.benchmarks.tables import print_table
 
@@ -232,7 +232,7 @@ def errors_of(found: Fit | None, log: Log) -> Array:
 def plain_errors(found: Identified, log: Log) -> Array:
     """The errors by least squares of least norm of the same rows, which `identify` refuses of short records."""
     result, tau = found.found, found.found.tau
-    rows = [result.equations.rows(result.equations.sampled(record, result.filter)) for record in found.records]
+    rows = [result.equations.rows(result.equations.sample(record, result.filter)) for record in found.records]
     Y = np.concatenate([np.concatenate([x.Y, x.offsets[:, :, list(result.sensors.offsets)]], axis=2) for x in rows])
     size = np.sqrt((tau**2).mean(axis=0))
     scale, kept = np.where(size > 0, size, 1.0), result.estimation.grouping.kept

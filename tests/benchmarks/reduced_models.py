@@ -32,9 +32,9 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Wrench
 from symoro_elastic.machine.machine import Base, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Within
+from symoro_elastic.machine.within import ALL_RESULTS, Evidence, Keep, Within
 from symoro_elastic.machine.within import tolerance as tolerance_of
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
@@ -210,7 +210,7 @@ def attack_reduced(machines: Iterator[tuple[str, Machine]], chosen: Sequence[str
             continue
         alone = conservative(whole)
         machine = replace(DescribedMachine.of(alone), limits=limits_of_test(alone, scale))
-        for model, keep, guaranteed in itertools.product(MODELS, Keep, Guaranteed):
+        for model, keep, guaranteed in itertools.product(MODELS, Keep, Evidence):
             began = time.process_time()
             said = f"{name}, {model}, {keep}, {guaranteed}"
             within = Within({ALL_RESULTS: tolerance_of(TOLERANCE)}, keep, guaranteed)
@@ -228,7 +228,7 @@ def attack_reduced(machines: Iterator[tuple[str, Machine]], chosen: Sequence[str
 
 
 def _print_row(
-    said: str, one: ReducedModel, keep: Keep, guaranteed: Guaranteed, states: int, kept: Structure | None, took: float
+    said: str, one: ReducedModel, keep: Keep, guaranteed: Evidence, states: int, kept: Structure | None, took: float
 ) -> bool:
     """Print what was found of a model; return whether it breaks what is said of it."""
     (certificate,) = one.certificates
@@ -237,12 +237,12 @@ def _print_row(
     for _ in range(max(1, states // 20_000)):
         drawn = np.maximum(drawn, attack.errors(certificate.box.states(20_000, attack.rng))[0].max(axis=1))
     climbed = np.maximum(drawn, attack.run(20_000).error)
-    key = "error" if guaranteed is Guaranteed.PROVEN else "likely"
+    key = "error" if guaranteed is Evidence.PROVEN else "likely"
     stated = np.array([getattr(entry, key) for entry in certificate.entries])
     sizes = np.array([entry.magnitude for entry in certificate.entries])
     parts = [_most(found, stated, sizes) for found in (drawn, climbed)]
     whole, left = one.operations
-    is_broken = parts[guaranteed is Guaranteed.PROVEN] > 1 + ROUNDED
+    is_broken = parts[guaranteed is Evidence.PROVEN] > 1 + ROUNDED
     is_broken |= kept is not None and keep is not Keep.TERMS and not kept.is_kept
     shown = f"{kept.asymmetry:.1g}, {kept.least:.1g}, {kept.power:.1g}" if kept else "-"
     row = f"{said} | {left} of {whole} | {parts[0]:.3g} | {parts[1]:.3g} | {shown} | {took:.1f}"

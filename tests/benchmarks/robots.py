@@ -1,14 +1,16 @@
 """Robots of other formats against the library that reads them: `python -m tests.benchmarks.robots urdf`, or `mjcf`.
 
 URDF needs `pip install example-robot-data pybullet pin`, MJCF `mujoco gymnasium-robotics pybullet`; files are found
-where these packages keep them. Errors are those of inverse dynamics, relative to the largest torque of a state, and of
-the frames of all links, at random states.
+where these packages keep them, or in a folder. Errors at random states are those of inverse dynamics, relative to the
+largest torque, of the frames of all links and joints by their names, of their Jacobians, and of direct dynamics from
+Pinocchio's torques, relative to the largest acceleration, which the condition of the inertia matrix magnifies.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import time
 from collections.abc import Iterator
 from importlib.metadata import files
@@ -18,6 +20,8 @@ from typing import Any
 from symoro_elastic.formats.format import Conversion
 from symoro_elastic.formats.reading import read
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import zero_pivots
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.packaging import reserved_words
 from tests.benchmarks import robots_mjcf
 from tests.benchmarks.match import require_pinocchio
@@ -32,14 +36,15 @@ Figures = dict[str, Any]
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.robots", description=__doc__)
     parser.add_argument("format", choices=("urdf", "mjcf"))
+    parser.add_argument("--folder", type=Path, help="a folder with files, in place of the packages")
     parser.add_argument("--only", default="", help="files whose path holds this text")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
     if arguments.format == "mjcf":
-        robots_mjcf.compare(arguments.only, arguments.json)
+        robots_mjcf.compare(arguments.only, arguments.json, arguments.folder)
         return
     require_pinocchio()
-    paths = [path for path in robots() if arguments.only in str(path)]
+    paths = [path for path in robots(arguments.folder) if arguments.only in str(path)]
     rows: list[Figures] = []
     for path in progress(paths, "compare with Pinocchio"):
         rows.append(figures(path))
@@ -48,7 +53,10 @@ def main() -> None:
     measured = [row for row in rows if "joints" in row]
     print_table(
         "URDF: errors against Pinocchio, and products and sums of the inverse model",
-        ["robot", "joints", "follow", "torques", "frames", "operations", "snapped: torques", "frames", "operations"],
+        [
+            *("robot", "joints", "follow", "torques", "frames", "Jacobians", "accelerations", "operations"),
+            *("snapped: torques", "frames", "operations"),
+        ],
         [[str(row["robot"]), *map(_text, row["shown"])] for row in measured],
     )
     for row in rows:
@@ -59,17 +67,21 @@ def main() -> None:
     print(f"{len(measured)} robots, {min(sizes)} to {max(sizes)} joints; above {BOUND:g}: {', '.join(above) or 'none'}")
 
 
-def robots() -> Iterator[Path]:
-    """Every URDF of the packages with at least two joints that move, each text once."""
+def robots(folder: Path | None = None) -> Iterator[Path]:
+    """Every URDF of the packages, or of a folder, with at least two joints that move, each text once."""
     seen: set[str] = set()
+    for path in sorted(folder.rglob("*.urdf")) if folder else _of_packages():
+        text = path.read_text(encoding="utf-8", errors="replace")
+        if text not in seen and _moving(text) >= 2:
+            seen.add(text)
+            yield path
+
+
+def _of_packages() -> Iterator[Path]:
     for package in PACKAGES:
         for file in sorted(files(package) or (), key=str):
             if file.suffix == ".urdf" and "random_urdfs" not in file.parts:
-                path = Path(str(file.locate()))
-                text = path.read_text(encoding="utf-8", errors="replace")
-                if text not in seen and _moving(text) >= 2:
-                    seen.add(text)
-                    yield path
+                yield Path(str(file.locate()))
 
 
 def _moving(text: str) -> int:
@@ -91,21 +103,24 @@ def figures(path: Path) -> Figures:
         if set(both[0].own) != set(both[0].robot.own):
             return {"robot": path.name, "why": "Pinocchio reads other joints"}
         errors = [one.errors() for one in both]
+        is_regular = not zero_pivots(exact, Scene(models=("direct_dynamics",)))
+        accelerations = both[0].acceleration_error() if is_regular else math.nan
     except (ValueError, InputError) as error:
         return {"robot": path.name, "why": str(error).splitlines()[0][:120]}
     operations = [(one.operations.products, one.operations.add) for one in both]
     follow = len(both[0].tree.moving) - len(both[0].own)
-    pairs = [(e.torques, e.frames) for e in errors]
-    shown = [len(exact.independent), follow, *pairs[0], operations[0], *pairs[1], operations[1]]
+    exact_errors, snapped_errors = ((e.torques, e.frames, e.jacobians) for e in errors)
+    figures = (*exact_errors, accelerations, operations[0], *snapped_errors[:2], operations[1])
     return {
         "robot": path.name,
         "joints": len(exact.articulated),
-        "exact": pairs[0],
-        "snapped": pairs[1],
+        "exact": exact_errors,
+        "snapped": snapped_errors,
+        "accelerations": accelerations,
         "operations": operations,
         "seats": sum(joint.name.endswith("_seat") for joint in exact.joints),
         "remarks": exact.origin.remarks,
-        "shown": shown,
+        "shown": [len(exact.independent), follow, *figures],
         "seconds": time.perf_counter() - begin,
     }
 

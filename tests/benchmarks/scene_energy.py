@@ -18,7 +18,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Gains, PrescribedMotion
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.tables import met, print_table
 
 ARM = """

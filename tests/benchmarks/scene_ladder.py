@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.ladder.climbed import Ladder
-from symoro_elastic.analysis.ladder.measured_rungs import Measurement
 from symoro_elastic.analysis.ladder.predicted_rungs import Prediction
 from symoro_elastic.analysis.ladder.rung import Rung
-from symoro_elastic.analysis.ladder.rungs import measured_ladder
+from symoro_elastic.analysis.ladder.rungs import Ladder, Measurement, measured_ladder
 from symoro_elastic.machine.prescribed_motion import Bandwidth
 from tests.analysis.ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
 from tests.benchmarks.tables import met, print_table, progress
@@ -115,8 +113,8 @@ def _figures(measurement: Measurement, found: Ladder) -> dict[str, Any]:
 
 def _seconds(measurement: Measurement, rung: Rung, method: str, steps: int) -> float:
     """Of a step, without the call from Python."""
-    simulated = measurement.simulated(rung, 0)
-    runner = simulated.compiled(method)
+    simulated = measurement.simulation(rung, 0)
+    runner = simulated.steps_by(method)
     return min(runner.run(simulated.reduced, method, max(steps, TIMED)).seconds for _ in range(ROUNDS))
 
 

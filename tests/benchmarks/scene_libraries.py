@@ -19,7 +19,7 @@ import numpy as np
 
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.simulation.with_parameters import StepsWithParameters
 from tests.benchmarks.scene_machines import Tool, stiffer_tool, tool_moves
 from tests.benchmarks.scene_stiffness import Search

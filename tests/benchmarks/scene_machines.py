@@ -13,7 +13,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter, Spring
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Move, PrescribedMotion
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.ladder.scenes import two_axis
 
 TIMES = 201

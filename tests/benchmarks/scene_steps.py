@@ -13,8 +13,8 @@ from typing import Any
 from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.simulation.simulate import StepCost
-from symoro_elastic.codegen.integration.methods import METHODS
-from symoro_elastic.models.implicit_steps import Motors
+from symoro_elastic.codegen.integration.tableaus import METHODS
+from symoro_elastic.models.steps.implicit_steps import Motors
 from tests.analysis.ladder.scenes import arm, moving
 from tests.benchmarks.scene_machines import stiffer_tool, tool_moves
 from tests.benchmarks.tables import met, print_table

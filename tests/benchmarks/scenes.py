@@ -24,7 +24,7 @@ from symoro_elastic.analysis.simulation.prediction.resolution import resolved_pa
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations
 from symoro_elastic.analysis.simulation.prediction.stability import largest_stable_step, poles
 from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from tests.analysis.ladder.generated_steps import stepped_motion, with_steps
 from tests.analysis.ladder.scenes import Scene, many
 from tests.analysis.ladder.truth import Truth, pinocchio_dynamics

@@ -1,8 +1,9 @@
 """How honest standard deviations are with sensors as they are: coarse encoders, delays, offsets, coloured noise,
-spikes: `python -m tests.benchmarks.sensors [--light] [--runs N] [--only CASE ...] [--json FILE]`.
+spikes: `python -m tests.benchmarks.sensors [--light] [--runs N] [--only CASE ...] [--json FILE] [--store] [--stored]`.
 
 A 6R arm with dry friction (`--light`: a 3R arm) moves below 2.5 Hz for 20 s, four times the same; motion, noise and the
-zeros of encoders, within half a step, are drawn anew in each run. Encoders round, without noise of their own.
+zeros of encoders, within half a step, are drawn anew in each run. Encoders round, without noise of their own. The
+stored table is of the 3R arm.
 
 Estimates of a run are correlated: of 22 a run shows about 8 that are independent, so a share of 75 % in a run may be
 chance. The test of a run is its sum of squares z^T z beside what its correlations R allow: about p / h times chi^2 of
@@ -22,21 +23,22 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion
-from symoro_elastic.analysis.identification.identify import Identification, identify
-from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.implementations import numpy_model
-from tests.benchmarks.identification import ARM, with_friction
+from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion
+from symoro_elastic.measured.logs.identify import identify
+from symoro_elastic.measured.logs.regression import ByLinearity, regressor
+from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.verification.implementations import numpy_model
+from tests.benchmarks.identification import ARM, FAULTS, run_of_log, with_friction
 from tests.benchmarks.machines import Row, arm_6, built
-from tests.benchmarks.tables import print_table, progress, save_json
+from tests.benchmarks.tables import Run, add_options, has_table_run, print_table, progress, save_json
 
 RUNS, DURATION, FUNDAMENTAL, HARMONICS = 30, 20.0, 0.2, 12
 SPIKES = 20.0  # standard deviations of torque noise
-SAYS = ("encoder", "has an offset", "told from gravity", "no offset", "behind", "ahead of", "correlated", "spikes")
+SAYS = ("encoder", "has an offset", "from gravity by this motion", "no offset", "behind", "correlated", "spikes")
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,11 @@ CASES = {
     "delay of 3 samples, 1000 Hz": Sensing(rate=1000.0, late=3),
     "noise below 20 Hz, 1000 Hz": Sensing(rate=1000.0, corner=20.0),
 }
+
+TABLE = dict.fromkeys((*CASES, "late column", "clipped column"), 6)
+"""Numbers of runs by row of the stored table."""
+REPORTED = {"delay of 3 samples": "compensated", "offsets": "has an offset", "3 % spikes": "spikes"}
+"""Words by which notes report what disturbs a case."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,6 +235,16 @@ def _correlations(found: Identification) -> Array:
     return R
 
 
+def table_run(row: str, seed: int) -> Run:
+    """Return a run of a row of the stored table."""
+    arm, sensing, fault = three_axis(), CASES.get(row, Sensing()), FAULTS.get(row)
+    record = arm.record(sensing, seed)
+    if fault:
+        record = fault.change(record, np.random.default_rng([seed, 5]))
+    reported = fault.reported if fault else next((said for case, said in REPORTED.items() if case in row), "")
+    return run_of_log(seed, lambda: identify(arm.machine, record, Y=arm.regressor), reported)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.sensors", description=__doc__)
     parser.add_argument("--runs", type=int, default=RUNS)
@@ -235,7 +252,10 @@ def main() -> None:
     parser.add_argument("--light", action="store_true", help="three joints instead of six")
     parser.add_argument("--only", nargs="*", default=list(CASES))
     parser.add_argument("--json", type=Path, help="save the figures")
+    add_options(parser)
     given = parser.parse_args()
+    if has_table_run(given, "sensors", TABLE, table_run):
+        return
     arm = three_axis() if given.light else six_axis()
     found: dict[str, dict[str, Any]] = {}
     for title in given.only:

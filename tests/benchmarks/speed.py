@@ -77,7 +77,7 @@ def peers(machine: Machine, model: str, x: Array) -> list[Contestant]:
     n = len(machine.independent)
     results = n * n if model == "inertia_matrix" else n
     with_rates = np.hstack([x, np.zeros_like(x)]) if model == "inertia_matrix" else x
-    found = [pinocchio_cpp.contestant(file, model, with_rates, results)]
+    found = pinocchio_cpp.contestants(file, model, with_rates, results)
     if find_spec("casadi"):
         generated = casadi_c.generated(file, model)
         found += [casadi_c.contestant(generated, x, compiler) for compiler in COMPILERS]

@@ -16,15 +16,15 @@ from pathlib import Path
 
 from symoro_elastic.analysis.simulation.simulate import StepCost
 from symoro_elastic.codegen.c.steps import Run, runs
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.steps.implicit_steps import Motors
 from tests.benchmarks.instructions import available, per_call
 from tests.benchmarks.machines import two_axis
 from tests.benchmarks.ours import places

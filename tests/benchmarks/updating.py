@@ -7,6 +7,9 @@ line. A line for each machine: fits in the right minimum (chi2 below 1.2), cover
 parameters, rms errors of identified stiffness and damping, evaluations and seconds (of processor) of a fit. Then the
 parameters with the largest errors, beside the Cramer-Rao bound: the least standard deviation that any estimator has.
 
+With --store and --stored, fits are those of the table `data/updating.json`: intervals of identified parameters,
+relative errors, chi2; verdicts say whether the model explains the tests.
+
 With --next the test that is advised, and the one advised last, are made and fitted, too: the sum of variances beside
 what was predicted, and the sum of squared errors.
 """
@@ -14,18 +17,21 @@ what was predicted, and the sum of squared errors.
 from __future__ import annotations
 
 import argparse
+import math
 import time
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import symoro_elastic as se
-from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
-from symoro_elastic.analysis.updating.told import Verdict
+from symoro_elastic.measured.fitting.estimates import Verdict
+from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
+from tests.benchmarks.tables import Error, Run, add_options, has_table_run, run_of
 from tests.references.vibrating_tables import VibratingTables, with_labels
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -196,8 +202,19 @@ CASES = {
         [], [{"motor_x": 0.3, "motor_y": 0.1}, {"motor_x": -0.2, "motor_y": -0.2}], (8, 1200),
     ),
 }  # fmt: skip
-DISTURBANCES = ("", "spikes", "mode above", "mode inside", "masses", "late", "window")
+DISTURBANCES = ("", "spikes", "mode above", "mode inside", "masses", "late", "window", "factor")
 MAIN = ("lathe", "milling arm", "ball_screw", "gantry", "two_axis")
+NAMED = 1.2
+"""Factor that is named wrongly for starts off by 2."""
+TABLE = dict.fromkeys(
+    (
+        *(f"{x}: {name}" for x in ("undisturbed", "spikes", "mode above", "late", "window") for name in MAIN[:4]),
+        *(f"{x}: {name}" for x in ("mode inside", "masses", "factor") for name in MAIN[:2]),
+    ),
+    4,
+)
+"""Numbers of runs by row of the stored table."""
+RIGHT = 1.2  # chi2 of a fit in the right minimum, at most
 
 
 def labels_of(tables: Mapping[str, Any]) -> dict[str, float]:
@@ -286,14 +303,15 @@ def one_fit(
                   if "mass" in body}  # fmt: skip
         tables = with_labels(tables, masses)
     begun = time.process_time()
-    found = se.update(tables, tests=tests, factor=factor, **options)
+    named = NAMED if disturbance == "factor" else factor
+    found = se.update(tables, tests=tests, factor=named, **options)
     seconds = time.process_time() - begun
     by_label = {one.unknown.label: one for one in found.estimates if one.unknown.label in truth}
     return Outcome(
         found.fit.chi2, {label: float(np.log(one.value / truth[label])) for label, one in by_label.items()},
         {label: one.relative for label, one in by_label.items()},
         {label for label, one in by_label.items() if one.verdict is Verdict.IDENTIFIED},
-        seconds, found.fit.evaluations, starts, found.fit.beside,
+        seconds, found.fit.evaluations, starts, found.fit.largest_term,
     )  # fmt: skip
 
 
@@ -395,13 +413,29 @@ def summary(outcomes: Sequence[Outcome]) -> Row:
         for label in one.identified:
             z.append(one.errors[label] / one.stds[label])
             (stiffness if label == "kp" or label.endswith("stiffness") else damping).append(abs(one.errors[label]))
-    right = sum(one.chi2 < 1.2 for one in outcomes)
+    right = sum(one.chi2 < RIGHT for one in outcomes)
     sizes = [(float(np.median(x)), float(np.max(x))) for x in (stiffness, damping)]
     return Row(
         right, len(outcomes), float(np.mean(np.abs(z) < 1.96)), len(z), sizes[0], sizes[1],
         float(np.median([one.seconds for one in outcomes])), float(np.median([one.evaluations for one in outcomes])),
         float(np.median([one.chi2 for one in outcomes])),
     )  # fmt: skip
+
+
+@cache
+def _exact(name: str) -> list[Any]:
+    return exact_responses(CASES[name])
+
+
+def table_run(row: str, seed: int) -> Run:
+    """Return a run of a row of the stored table."""
+    disturbance, name = row.replace("undisturbed", "").split(": ")
+    fit = one_fit(CASES[name], _exact(name), seed, disturbance)
+    errors = [
+        Error(error, fit.stds[label] if label in fit.identified else math.nan, 1.0, label in fit.identified)
+        for label, error in fit.errors.items()
+    ]
+    return run_of(seed, "accepted" if fit.chi2 < RIGHT else "reported", errors, [fit.chi2])
 
 
 def main() -> None:
@@ -415,7 +449,10 @@ def main() -> None:
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--mass-doubt", type=float, default=0.0)
     parser.add_argument("--next", action="store_true")
+    add_options(parser)
     given = parser.parse_args()
+    if has_table_run(given, "updating", TABLE, table_run):
+        return
     every = []
     if given.next:
         for name in given.case or ("milling arm", "lathe", "ball_screw"):
@@ -429,7 +466,7 @@ def main() -> None:
         options = {"plain": given.plain, "mass_doubt": given.mass_doubt}
         seeds = range(given.first, given.first + given.seeds)
         found = [one_fit(case, exact, seed, given.disturbance, given.factor, **options) for seed in seeds]
-        wrong = [seed for seed, one in zip(seeds, found, strict=True) if one.chi2 >= 1.2]
+        wrong = [seed for seed, one in zip(seeds, found, strict=True) if one.chi2 >= RIGHT]
         print(
             f"{name}: {summary(found)}{f'  not right: {wrong}' if wrong and not given.disturbance else ''}", flush=True
         )

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from symoro_elastic import cli
-from symoro_elastic.foundation.output_folder import MANIFEST
+from symoro_elastic.foundation.output_files import MANIFEST
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -176,6 +176,7 @@ def test_models_on_the_command_line_go_before_those_of_the_scene(run: Run, tmp_p
     assert set(found["models"]) == {"bias_forces"}
 
 
+@pytest.mark.thorough
 def test_show_json(run: Run) -> None:
     found = run("show", FLEX4, "--json").figures
     assert found.keys() >= {"name", "joints", "motors", "elastic", "parameters", "degenerate"}
@@ -192,6 +193,7 @@ def test_show_json(run: Run) -> None:
     assert len(found["degenerate"]) == 2 and "bed_y" in found["degenerate"][0] and "cart_x" in found["degenerate"][1]
 
 
+@pytest.mark.thorough
 def test_show_prints_the_table(run: Run) -> None:
     ran = run("show", EXAMPLES / "two_axis.toml")
     assert ran.code == 0 and not ran.err and "no degenerate joints" in ran.out
@@ -201,16 +203,44 @@ def test_show_prints_the_table(run: Run) -> None:
     assert run("show", PRINTED).out.count("\ndegenerate: joint") == 2
 
 
+@pytest.mark.thorough
 def test_the_table_is_plain_where_the_terminal_is(tmp_path: Path) -> None:
     ran = outside("show", TWO_R, folder=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert ran.code == 0 and ran.out.isascii() and "shoulder" in ran.out and not ran.err
 
 
 def test_warnings_go_to_stderr_and_refuse_nothing(run: Run, tmp_path: Path) -> None:
-    machine = edited(TWO_R, tmp_path, 'inertia = [0, "I1", "I1"]', "inertia = [0, 5, 1]")
+    machine = edited(TWO_R, tmp_path, "gravity = ", "# gravity = ")
     ran = run("generate", machine, "--json")
     assert ran.code == 0 and len(json.loads(ran.out)["written"]) == 7
-    assert ran.err.startswith("warning: joint 1 (shoulder): ") and ran.err.count("\n") == 1
+    assert ran.err.startswith("warning: no gravity is given") and ran.err.count("\n") == 1
+
+
+def test_gravity_is_shown_where_the_machine_is(run: Run, tmp_path: Path) -> None:
+    """By `show`, in the head of C, and where there is none."""
+    assert "gravity: 0, -g0, 0 m/s2 in frame 0" in run("show", TWO_R).out
+    assert run("show", TWO_R, "--json").figures["gravity"] == ["0", "-g0", "0"]
+    run("generate", TWO_R, "--target", "c", "--out", tmp_path)
+    assert "gravity: 0, -g0, 0 m/s2 in frame 0." in (tmp_path / "planar_2r" / "planar_2r.h").read_text()
+    weightless = edited(TWO_R, tmp_path, 'gravity = [0, "-g0", 0]', "gravity = [0, 0, 0]")
+    ran = run("show", weightless)
+    assert "no gravity\n" in ran.out and "gravity" not in ran.err
+
+
+@pytest.mark.thorough
+def test_without_masses_the_models_are_those_of_kinematics(run: Run, tmp_path: Path) -> None:
+    """Others are refused in one line, which names them."""
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "a", "b"))
+    joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/><axis xyz="0 0 1"/></joint>'
+    robot = f'<robot name="bare">{links}{joint.format("i", "base", "a")}{joint.format("j", "a", "b")}</robot>'
+    file = tmp_path / "bare.urdf"
+    file.write_text(robot, encoding="utf-8")
+    ran = run("generate", file, "--out", tmp_path)
+    assert ran.code == 0 and "note: without mass and inertia, the models are geometric_model and jacobian" in ran.err
+    assert {"_geometric_model.py", "_jacobian.py"} <= {path.name for path in (tmp_path / "bare").iterdir()}
+    assert run("check", file).code == 0
+    ran = run("generate", file, "--model", "direct_dynamics", "--out", tmp_path / "more")
+    assert ran.code == 2 and "no body has mass or inertia" in ran.err and "inverse_geometric_model" in ran.err
 
 
 def test_without_arguments_help_is_shown(run: Run) -> None:
@@ -219,17 +249,19 @@ def test_without_arguments_help_is_shown(run: Run) -> None:
     assert run("--version").out.startswith("symoro-elastic, version ")
 
 
+@pytest.mark.thorough
 def test_the_same_through_python_m_and_the_entry_point(tmp_path: Path) -> None:
     ran = outside("generate", TWO_R, "--json", folder=tmp_path)
     assert len(ran.figures["written"]) == 7
     ran = outside("generate", "none.toml", folder=tmp_path)
-    assert ran == Ran(2, "", "error: none.toml: file: there is no such file\n")
+    assert ran == Ran(2, "", "error: none.toml: file: no such file\n")
     from importlib.metadata import entry_points
 
     (script,) = entry_points(group="console_scripts", name="symoro-elastic")
     assert script.load() is cli.main
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("arguments", [["--help"], ["generate", "--help"], ["show", "--help"], ["--version"]])
 def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) -> None:
     code = (
@@ -245,35 +277,36 @@ def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) ->
 # What is refused
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["generate", "none.toml"], "none.toml: file: there is no such file"),
+        (["generate", "none.toml"], "none.toml: file: no such file"),
         (["generate", "."], ".: file: the suffix '' is not a machine format"),
         (["generate", "machine.txt"], "machine.txt: file: the suffix '.txt' is not a machine format"),
         (["generate"], "symoro-elastic generate: Missing argument 'MACHINE'"),
         (["generate", TWO_R, "--model", "direct_dynamic"], "--model: no model 'direct_dynamic'; did you mean"),
-        (["generate", TWO_R, "--target", "fortran"], "--target: there is no 'fortran': choose from numpy, c"),
+        (["generate", TWO_R, "--target", "fortran"], "--target: unknown 'fortran': choose from numpy, c"),
         (["generate", TWO_R, "--fold", "l9"], "--fold: no parameter 'l9'"),
         (["generate", FLEX4, "--fold", "k2"], "--fold: k2 has no value"),
-        (["generate", TWO_R, "--scene", "none.toml"], "none.toml: file: there is no such file"),
+        (["generate", TWO_R, "--scene", "none.toml"], "none.toml: file: no such file"),
         (["generate", TWO_R, "--colour"], "symoro-elastic generate: No such option"),
         (["make", TWO_R], "symoro-elastic: No such command 'make'"),
         (["generate", PRINTED], "joint 2, joint 3: H2 is zero at every position"),
-        (["show", "none.par"], "none.par: file: there is no such file"),
-        (("generate", TWO_R, "--precision", "half"), "there is no 'half': choose from double, single, mixed"),
+        (["show", "none.par"], "none.par: file: no such file"),
+        (("generate", TWO_R, "--precision", "half"), "unknown 'half': choose from double, single, mixed"),
         (("generate", TWO_R, "--precision", "single", "--target", "numpy"), "--precision: concerns the C code"),
         (
             ("generate", TWO_R, "--precision", "mixed", "--model", "inverse_geometric_model"),
             "--precision double, or leave",
         ),
-        (("trade", TWO_R, "--tolerance", "nan"), "--tolerance: 'nan' is not a number: nan is not finite"),
+        (("benchmark", TWO_R, "--tolerance", "nan"), "--tolerance: 'nan' is not a number: nan is not finite"),
         (
             (
                 *("excite", TWO_R, "--out", "e.csv", "--position", "-1:1", "--velocity", "3", "--acceleration", "9"),
                 *("--value", "nope=1"),
             ),
-            "--value: there is no 'nope': choose from g0, m1",
+            "--value: unknown 'nope': choose from g0, m1",
         ),
     ],
 )
@@ -337,7 +370,7 @@ def test_a_par_file_names_no_folder_outside(run: Run, tmp_path: Path) -> None:
 
 
 def test_an_error_is_one_line_whatever_the_name_of_the_file(run: Run) -> None:
-    assert "there is no such file" in refused(run, "generate", "two\nlines.toml")
+    assert "no such file" in refused(run, "generate", "two\nlines.toml")
 
 
 # Folders
@@ -377,6 +410,7 @@ def test_regenerating_removes_what_is_stale_and_keeps_what_is_mine(run: Run, tmp
     assert "direct_dynamics" not in (folder / "planar_2r.h").read_text()
 
 
+@pytest.mark.thorough
 def test_regenerating_gives_the_same_bytes(run: Run, tmp_path: Path) -> None:
     run("generate", FLEX4)
     before = files_below(tmp_path)
@@ -400,6 +434,7 @@ def test_my_own_files_are_not_replaced(kind: str, run: Run, tmp_path: Path) -> N
     assert line.startswith("generated/planar_2r/planar_2r.c: --out: was not generated")
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     "listed", ["../precious.txt", "{folder}/precious.txt", "..", ".", "", "sub/../../precious.txt"]
 )
@@ -475,6 +510,7 @@ def test_damaged_files_are_refused_in_one_line_or_read(run: Run, tmp_path: Path)
 needs_compiler = pytest.mark.skipif(not (shutil.which("gcc") or shutil.which("clang")), reason="needs a C compiler")
 
 
+@pytest.mark.thorough
 @needs_compiler
 def test_check_json(run: Run) -> None:
     found = run("check", TWO_R, "--json").figures
@@ -484,6 +520,7 @@ def test_check_json(run: Run) -> None:
     assert list(Path.cwd().iterdir()) == []
 
 
+@pytest.mark.thorough
 @needs_compiler
 def test_check_prints_a_table(run: Run) -> None:
     ran = run("check", TWO_R, "--model", "inertia_matrix")
@@ -491,6 +528,7 @@ def test_check_prints_a_table(run: Run) -> None:
     assert "inertia_matrix" in ran.out and "ok" in ran.out and "direct_dynamics" not in ran.out
 
 
+@pytest.mark.thorough
 @needs_compiler
 def test_check_exits_with_1_where_numbers_are_wrong(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sign changed in the printer is noticed in every language."""
@@ -502,6 +540,7 @@ def test_check_exits_with_1_where_numbers_are_wrong(run: Run, monkeypatch: pytes
     assert ran.code == 1 and json.loads(ran.out)["ok"] is False and ran.err == ""
 
 
+@pytest.mark.thorough
 def test_check_says_what_is_missing(tmp_path: Path) -> None:
     ran = outside("check", TWO_R, "--json", folder=tmp_path, PATH="", CC="")
     assert ran.code == 2 and ran.err.startswith(f"error: {TWO_R}: C compiler: ") and ran.err.count("\n") == 1
@@ -510,10 +549,11 @@ def test_check_says_what_is_missing(tmp_path: Path) -> None:
     assert found["models"]["direct_dynamics"]["numpy"] < 1e-12
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("command", ["check", "equations"])
 def test_check_and_equations_refuse(command: str, run: Run) -> None:
     assert "joint 2, joint 3: H2 is zero" in refused(run, command, PRINTED)
-    assert "there is no such file" in refused(run, command, "none.toml")
+    assert "no such file" in refused(run, command, "none.toml")
     assert "no model 'nothing'" in refused(run, command, TWO_R, "--model", "nothing")
     assert "no parameter 'l9'" in refused(run, command, TWO_R, "--fold", "l9")
 

@@ -10,8 +10,8 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.formats import read_machine
-from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.models.catalogue import MODELS, trace
+from symoro_elastic.models.parameters.base_parameters import base_grouping
+from symoro_elastic.models.programs.catalogue import MODELS, trace
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.program import Names, Output, Section, build
 from tests.command_line import EXAMPLES, refused, run
@@ -21,6 +21,7 @@ RX90, TWO_R = EXAMPLES / "rx90.par", EXAMPLES / "planar_2r.toml"
 TWO_AXIS = EXAMPLES / "two_axis.toml"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("suffix", ["toml", "par"])
 def test_a_machine_converts_to_the_other_format_and_back(suffix: str, tmp_path: Path) -> None:
     there, back = tmp_path / f"rx90.{suffix}", tmp_path / "back" / "rx90.par"
@@ -39,6 +40,7 @@ def test_nothing_is_overwritten_by_convert(tmp_path: Path) -> None:
     assert there.read_text() == "mine"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("suffix", ["toml", "par"])
 def test_the_grouped_machine_is_written_and_read_without_a_warning(suffix: str, tmp_path: Path) -> None:
     there = tmp_path / f"rx90_base.{suffix}"
@@ -50,6 +52,7 @@ def test_the_grouped_machine_is_written_and_read_without_a_warning(suffix: str, 
     assert counts[0] == counts[1]
 
 
+@pytest.mark.thorough
 def test_base_saves_operations_and_refuses_reaction_wrenches(tmp_path: Path) -> None:
     found = [
         json.loads(run("generate", RX90, "--out", tmp_path / str(k), "--json", *base).stdout)["models"]
@@ -61,6 +64,7 @@ def test_base_saves_operations_and_refuses_reaction_wrenches(tmp_path: Path) -> 
     assert "not the reaction wrenches" in refused("generate", RX90, "--base", "--model", "reaction_wrenches")
 
 
+@pytest.mark.thorough
 def test_show_takes_values() -> None:
     """Of parameters and of cells, as the other commands do: the tip of the arm is at l1 + l2."""
     shown = run("show", TWO_R, "--value", "l1=2", "--value", "l2=0.5").stdout
@@ -103,6 +107,7 @@ def test_an_elastic_machine_has_no_inverse_geometric_model(tmp_path: Path) -> No
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_identify_recovers_the_planar_arm(tmp_path: Path) -> None:
     """Noise-free measurements at a rich motion give MX2 = lc2 m2 and ZZ2 = I2 + lc2^2 m2 of the file."""
     pytest.importorskip("scipy")
@@ -121,7 +126,7 @@ def test_identify_recovers_the_planar_arm(tmp_path: Path) -> None:
     data = tmp_path / "measured.csv"
     table = np.column_stack([t, q, tau])
     np.savetxt(data, table, delimiter=",", header="t,q_shoulder,q_elbow,tau_shoulder,tau_elbow", comments="")
-    found = json.loads(run("identify", TWO_R, data, "--json").stdout)["parameters"]
+    found = json.loads(run("identify", TWO_R, data, "--json").stdout)["estimates"]
     values = base_grouping(machine).values({p.name: p.value.value() for p in machine.parameters if p.value})
     for label in ("MX2", "ZZ2"):
         match = next(x for name, x in found.items() if name == label or name.startswith(f"{label} "))
@@ -149,6 +154,7 @@ def test_models_say_what_a_frame_in_another_means() -> None:
         assert all("relative to frame 0" in said for _, said in found[model]["results"].values()), model
 
 
+@pytest.mark.thorough
 def test_check_knows_frames_seen_from_others(tmp_path: Path) -> None:
     frames = '"tool in bed_x", "ram", "base in tool"'
     scene = scene_file(tmp_path, f'models = ["geometric_model"]\noutputs = {{ geometric_model = [{frames}] }}\n')

@@ -88,13 +88,15 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "live": (),
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
     **{"models": (), "new": (), "formats": (), "schema": ()},
+    "evaluate": (("--model", "inverse_dynamics"), ("--model", "inertia_matrix", "--at", "a=1")),
+    "ik": (("--position", "0.1,0.2,0.3", "--starts", "2"),),
+    "stiffness": ((), ("--along", "a=0:1:2")),
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
     "singularities": ((), ("--component", "a.x")),
     "generate": ((), ("--base", "--force"), ("--form", "auto", "--force")),
     "report": (("--out", "pages", "--force"),),
-    "check": (("--model", "inverse_dynamics"), ("--model", "inertia_matrix", "--box")),
-    "certify": (("--model", "inertia_matrix", "--precision", "mixed"),),
-    "trade": (("--effort", "quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
+    "check": (("--model", "inverse_dynamics"), ("--model", "inertia_matrix", "--proven", "--precision", "mixed")),
+    "benchmark": (("--effort", "quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
     "linearize": ((), ("--hold", "all"), ("--as-given", "--at", "a=1")),
     "modes": ((), ("--hold", "all"), ("--along", "a=0:1:2", "--hold", "all"), ("--pd", "a=1e308:1e308")),
     "response": (
@@ -103,13 +105,15 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--band", "1:9:3"),
     ),
     "compare": (("--duration", "0.01"),),
-    "control": ((), ("--tune", "--along", "a=0:1:2")),
+    "control": ((),),
+    "tune": (("--along", "a=0:1:2"),),
     "lobes": (("--direction", "b.x", "--cutting", "1e9", "--speeds", "1000:2000:3"),),
     "simulate": (
         ("--scene", "motion.toml", "--step", "0.01"),
         ("--scene", "motion.toml", "--adaptive"),
         ("--scene", "motion.toml", "--step", "0.01", "--method", "rodas4"),
     ),
+    "reduce": (("--scene", "motion.toml"),),
     "ladder": (("--scene", "motion.toml"),),
     "sweep": (
         ("--over", "a=0:1:2", "--hold", "all"),
@@ -137,12 +141,12 @@ tolerance = { "a.q" = 1e-3, "b.x" = 1e-3 }
 FEW = {"long_chain": ("show", "convert", "linearize")}
 """Commands that are called on a machine, where that is not every one."""
 TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")
-"""Machines that `trade` is called on, which compiles many times."""
+"""Machines that `benchmark` is called on, which compiles many times."""
 REPORTED = ("no_joint", "all_passive", "no_values", "floating", "driven_in_space", "loaded")
 """Machines that `report` is called on, which does the work of many commands."""
 UPDATED = ("no_joint", "all_fixed", "all_passive", "no_mass", "no_values", "floating", "driven", "bristles", "loaded")
 """Machines that `update` is called on, which looks for the springs of any tests for seconds."""
-FEW_MACHINES = {"trade": TRADED, "report": REPORTED, "update": UPDATED}
+FEW_MACHINES = {"benchmark": TRADED, "report": REPORTED, "update": UPDATED}
 
 
 @pytest.fixture(autouse=True)
@@ -160,6 +164,7 @@ def odd_calls() -> Iterator[tuple[str, str]]:
         yield from ((machine, command) for command in commands if machine in FEW_MACHINES.get(command, ODD))
 
 
+@pytest.mark.sampled(200)
 @pytest.mark.parametrize(("machine", "command"), list(odd_calls()))
 def test_odd_machines_end_no_command_with_a_traceback(machine: str, command: str, tmp_path: Path) -> None:
     (tmp_path / "odd.toml").write_text(ODD[machine])
@@ -203,22 +208,26 @@ JSON: dict[str, tuple[str, ...]] = {
     "show": (),
     "generate": ("--model", "inertia_matrix", "--target", "c"),
     "linearize": (),
+    "evaluate": (),
+    "stiffness": (),
     "modes": ("--hold", "all"),
     "response": ("--band", "1:9:3"),
     "compare": ("--duration", "0.01"),
     "feed-forward": ("--duration", "0.01", "--sample-rate", "500"),
     "control": ("--damping", "0.02"),
+    "tune": ("--damping", "0.02"),
     "excite": (*LIMITS, "--sample-rate", "20", "--out", "e.csv"),
     "identify": ("data.csv",),
     "update": ("tests.toml",),
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
-    "certify": ("--model", "inverse_dynamics"),
+    "ik": ("--position", "0.4,0.3,0"),
     "singularities": ("--component", "tip.x", "--component", "tip.y"),
     "lobes": ("--direction", "tip.x", "--cutting", "1e9", "--damping", "0.02"),
-    "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
+    "benchmark": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
+    "reduce": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--for", "feed-forward"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),
     "sweep": ("--over", "m2=1,2"),
 }
@@ -243,6 +252,7 @@ def test_every_command_with_json_is_called() -> None:
     assert takes == {*JSON, *SLOW, "models"}
 
 
+@pytest.mark.sampled(200)
 @pytest.mark.parametrize(
     ("command", "machine", "options"), list(with_json()), ids=lambda x: x if isinstance(x, str) else ""
 )

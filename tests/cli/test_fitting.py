@@ -55,6 +55,7 @@ def lost(table: Table, lines: list[str]) -> list[str]:
     return sorted(word for word in words if word not in text)
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_tables_of_the_examples_lose_nothing(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tables = []
@@ -76,6 +77,7 @@ def test_tables_of_the_examples_lose_nothing(command: str, tmp_path: Path, monke
         assert all(line.rstrip() in ran.stdout for line in lines)
 
 
+@pytest.mark.thorough
 def test_tables_of_comparisons_lose_nothing() -> None:
     found = compare(arm(rotor=0.6, axial=0.0), ratios={"motor2": 7.5})
     for table in (frequencies_table(found), losses_table(found)):

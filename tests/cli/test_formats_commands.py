@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,13 @@ import symoro_elastic as se
 from symoro_elastic.cli import cli
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.starting import STARTS, starting_text
-from symoro_elastic.foundation.shipped import SUFFIXES, examples
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.foundation.input_files import SUFFIXES, examples
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.pages.formats import formats_page
 from tests.command_line import EXAMPLES, refused, run
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("kind", STARTS)
 def test_generate_and_check_take_a_new_machine_as_it_is(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
@@ -39,21 +41,26 @@ def test_new_never_writes_over_a_file(tmp_path: Path) -> None:
 
 
 def test_new_refuses_unknown_kinds_and_names_that_no_machine_has(tmp_path: Path) -> None:
-    assert "choose from arm, cartesian" in refused("new", tmp_path / "mine", "--kind", "scara")
+    assert "choose from arm, cartesian" in refused("new", tmp_path / "mine", "--kind", "tripod")
     assert "letters, digits" in refused("new", tmp_path / "my-machine")
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", STARTS)
-def test_a_brief_machine_is_the_commented_one_without_comments(kind: str, tmp_path: Path) -> None:
-    path, whole = tmp_path / "mine.toml", toml.read(starting_text("mine", kind), str(tmp_path / "mine.toml"))
-    run("new", path, "--kind", kind, "--brief")
-    assert toml.read(path.read_text(), str(path)) == whole == se.new(tmp_path / "mine", kind, force=True)
-    se.new(path, kind, brief=True, force=True)
+def test_a_full_machine_is_the_usual_one_with_comments(kind: str, tmp_path: Path) -> None:
+    """Which say what each key means, and what holds where it is left out."""
+    path = tmp_path / "mine.toml"
+    whole = toml.read(starting_text("mine", kind, full=True), str(path))
+    run("new", path, "--kind", kind)
     lines = path.read_text().splitlines()
     assert [line for line in lines[2:] if line.startswith("#")] == [] and len(lines) < 50
+    assert toml.read(path.read_text(), str(path)) == whole == se.new(path, kind, full=True, force=True)
+    text = path.read_text()
+    assert not re.search(r"\( or|\.; |default: (lag|notch|of a|with)", text) and "where left out: none" in text
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", examples())
 def test_examples_are_copied(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -63,7 +70,7 @@ def test_examples_are_copied(name: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert (tmp_path / source.name).read_bytes() == source.read_bytes()
     assert (tmp_path / f"mine{source.suffix}").read_bytes() == source.read_bytes()
     assert "exists already" in refused("new", "mine", "--example", name)
-    assert "--brief: an example is copied as it is" in refused("new", "other", "--example", name, "--brief")
+    assert "--full: an example is copied as it is" in refused("new", "other", "--example", name, "--full")
     assert "--kind: an example is copied as it is" in refused("new", "other", "--example", name, "--kind", "arm")
 
 
@@ -72,13 +79,13 @@ def test_examples_are_named_where_one_is_missing(tmp_path: Path, monkeypatch: py
     assert {path.name for path in examples().values()} == {
         path.name for path in (*EXAMPLES.iterdir(), *(EXAMPLES / "scenes").iterdir()) if path.suffix in SUFFIXES
     }
-    said = "there is no such file; an example is called so, which symoro-elastic new --example all_keys.par writes"
+    said = "no such file; an example is called so, which symoro-elastic new --example all_keys.par writes"
     assert said in refused("show", "examples/all_keys.par")
     assert "planar_2r_move writes" in refused("simulate", TWO_AXIS, "--scene", "planar_2r_move.toml")
-    assert "--example: there is no 'two_axes': choose from all_keys, " in refused("new", "--example", "two_axes")
+    assert "--example: unknown 'two_axes': choose from all_keys, " in refused("new", "--example", "two_axes")
     assert "NAME: name the file, or an example with --example" in refused("new")
     assert se.new("copy", example="rx90").name == "rx90" and Path("copy.par").is_file()
-    with pytest.raises(se.InputError, match="example: there is no 'planar_2r_move'"):
+    with pytest.raises(se.InputError, match="example: unknown 'planar_2r_move'"):
         se.new("scene", example="planar_2r_move")
 
 
@@ -108,7 +115,7 @@ TWO_AXIS = str(EXAMPLES / "two_axis.toml")
         (("generate", TWO_AXIS, "--fold", "D"), ["D4", "D12", "D13"]),
         (("equations", TWO_AXIS, "--format", ""), ["latex", "html", "pdf"]),
         (("modes", TWO_AXIS, "--hold", ""), ["motor_x", "motor_y", "all"]),
-        (("trade", TWO_AXIS, "--plot-format", ""), ["png", "svg", "pdf"]),
+        (("benchmark", TWO_AXIS, "--plot-format", ""), ["png", "svg", "pdf"]),
         (("generate", TWO_AXIS, "--free", "s"), ["springs"]),
         (("response", "no such file", "--hold", ""), []),
         (("new", "mine", "--kind", "c"), ["cartesian"]),
@@ -126,3 +133,22 @@ def test_every_option_that_names_a_model_a_target_or_a_motor_is_completed() -> N
             if {"--model", "--target", "--hold", "--precision", "--fold"} & {*option.opts}:
                 assert option._custom_shell_complete is not None, (command.name, option.opts)
     assert {*completed("equations", TWO_AXIS, "--model", "")} == {*MODELS}
+
+
+@pytest.mark.parametrize("screws", ["20mm", ""])
+def test_slides_pass_what_a_beginner_runs(screws: str, tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    path = tmp_path / "mine.toml"
+    run("new", path, "--axes", "X Y Z", *(("--screws", screws) if screws else ()))
+    assert toml.read(path.read_text(), str(path)) == se.new(path, axes="X Y Z", screws=screws, force=True)
+    assert "every error is within its bound" in run("check", path).output
+    assert "limited by" in run("modes", path).output or not screws
+    run("view", path, "--out", tmp_path / "mine.html")
+
+
+def test_slides_are_no_kind_and_screws_need_them(tmp_path: Path) -> None:
+    path = tmp_path / "mine"
+    assert "--screws: says how the slides" in refused("new", path, "--screws", "20mm")
+    assert "--kind: --axes makes" in refused("new", path, "--axes", "X", "--kind", "arm")
+    assert "--axes: an example is copied" in refused("new", "--example", "two_axis", "--axes", "X")
+    assert "is not a list of axes" in refused("new", path, "--axes", "X Q") and list(tmp_path.iterdir()) == []

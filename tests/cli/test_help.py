@@ -16,6 +16,7 @@ from click.testing import CliRunner
 
 import symoro_elastic.cli
 from symoro_elastic.cli import cli
+from symoro_elastic.cli.help import COMMON, HEADS, MOST
 from symoro_elastic.cli.listed import LISTED, SECTIONS
 
 COMMANDS = sorted(cli.commands)
@@ -70,6 +71,33 @@ def test_every_option_is_described(name: str) -> None:
     for option in options:
         assert option.help and option.help[0].isupper() | (option.help.split()[0] in ("numpy", "latex,")), option.name
         assert option.help.endswith("."), option.name
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_first_screen_has_few_options_and_help_all_has_every_one(name: str) -> None:
+    """Under heads; the common ones are named at the foot."""
+    options = {p.opts[-1] for p in cli.commands[name].params if isinstance(p, click.Option)}
+    first = re.findall(r"^  (?:-\w, )?(--[\w-]+)", after_heads(printed(name)), re.MULTILINE)
+    assert len(first) <= MOST and not {*first} & COMMON
+    foot = " ".join(printed(name).split("Common options: ")[1].split())
+    assert {*first} | COMMON >= options or "more options: --help all" in foot
+    assert all(option in foot for option in options & COMMON)
+    every = re.findall(r"^  (?:-\w, )?(--[\w-]+)", after_heads(printed_all(name)), re.MULTILINE)
+    assert sorted(every) == sorted({*options, "--help"})
+
+
+def after_heads(text: str) -> str:
+    """The sections of options."""
+    return re.split(r"^[A-Z][a-z ]+:$", text, maxsplit=1, flags=re.MULTILINE)[-1]
+
+
+def printed_all(name: str) -> str:
+    return CliRunner().invoke(cli, [name, "--help", "all"], terminal_width=WIDTH).output
+
+
+def test_options_have_one_head() -> None:
+    named = [option for options in HEADS.values() for option in options]
+    assert len(named) == len({*named}) and not {*named} & COMMON
 
 
 @pytest.mark.parametrize("name", COMMANDS)

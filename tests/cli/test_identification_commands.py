@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion
 from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.command_line import EXAMPLES, refused, run
 
 Array = NDArray[np.float64]
@@ -57,6 +57,7 @@ def identified(folder: Path, *arguments: object) -> Any:
     return json.loads(run("identify", folder / "arm.toml", *arguments, "--json").stdout)
 
 
+@pytest.mark.thorough
 def test_residuals_and_validation(folder: Path) -> None:
     """In per cent of each motor's torque: the noise that is left of 0.02 N m, in both records."""
     found = identified(folder, folder / "1.csv", "--validate", folder / "2.csv")
@@ -71,13 +72,15 @@ def test_residuals_and_validation(folder: Path) -> None:
     assert seen["shoulder"] == pytest.approx(50, rel=0.05) and seen["elbow"] < 0.5
 
 
+@pytest.mark.thorough
 def test_the_values_of_the_file_stand_beside_the_estimates(folder: Path) -> None:
-    found = identified(folder, folder / "1.csv")["parameters"]
+    found = identified(folder, folder / "1.csv")["estimates"]
     assert found["FV1"]["file"] == 0.3
     heads = run("identify", folder / "arm.toml", folder / "1.csv").stdout.splitlines()[0].split()
     assert heads[:3] == ["parameter", "file", "estimated"]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("suffix", [".toml", ".par"])
 def test_the_saved_machine_has_the_torques_of_the_measured_one(folder: Path, tmp_path: Path, suffix: str) -> None:
     saved = tmp_path / f"identified{suffix}"
@@ -89,12 +92,13 @@ def test_the_saved_machine_has_the_torques_of_the_measured_one(folder: Path, tmp
     assert "suffix" in refused("identify", folder / "arm.toml", folder / "1.csv", "--save", tmp_path / "x.txt")
 
 
+@pytest.mark.thorough
 def test_what_is_saved_instead_of_negative_values_is_said(folder: Path, tmp_path: Path) -> None:
     wrong = np.loadtxt(folder / "1.csv", delimiter=",", skiprows=1)
     wrong[:, 3] -= 1.5 * np.gradient(wrong[:, 1], wrong[1, 0])
     np.savetxt(tmp_path / "wrong.csv", wrong, delimiter=",", header=HEADER, comments="")
     done = run("identify", folder / "arm.toml", tmp_path / "wrong.csv", "--save", tmp_path / "saved.toml", "--json")
-    assert json.loads(done.stdout)["parameters"]["FV1"]["value"] < -1
+    assert json.loads(done.stdout)["estimates"]["FV1"]["value"] < -1
     assert (
         "warning: FV1 = -1." in done.stderr
         and "is saved as 0, because it is physically impossible; the others are" in done.stderr
@@ -102,12 +106,13 @@ def test_what_is_saved_instead_of_negative_values_is_said(folder: Path, tmp_path
     assert read_machine(tmp_path / "saved.toml")[0].joints[0].friction.viscous.is_zero
 
 
+@pytest.mark.thorough
 def test_gains_turn_currents_into_torques(folder: Path, tmp_path: Path) -> None:
     currents = np.loadtxt(folder / "1.csv", delimiter=",", skiprows=1) / [1, 1, 1, 2.5, -0.4]
     np.savetxt(tmp_path / "currents.csv", currents, delimiter=",", header=HEADER, comments="")
-    wanted = identified(folder, folder / "1.csv")["parameters"]
+    wanted = identified(folder, folder / "1.csv")["estimates"]
     found = identified(folder, tmp_path / "currents.csv", "--gain", "shoulder=2.5", "--gain", "elbow=-0.4")
-    for label, x in found["parameters"].items():
+    for label, x in found["estimates"].items():
         assert x["value"] == pytest.approx(wanted[label]["value"], rel=1e-9)
     assert "no motor 'elbo'; did you mean 'elbow'" in refused(
         "identify", folder / "arm.toml", folder / "1.csv", "--gain", "elbo=2"
@@ -115,6 +120,24 @@ def test_gains_turn_currents_into_torques(folder: Path, tmp_path: Path) -> None:
     assert "torque per unit of the column" in refused(
         "identify", folder / "arm.toml", folder / "1.csv", "--gain", "elbow=0"
     )
+
+
+def test_columns_of_other_names_and_units_are_named(folder: Path, tmp_path: Path) -> None:
+    """Degrees in their heads, counts by a factor, N cm as units of torques; who asks for none hears what there is."""
+    wanted = identified(folder, folder / "1.csv")["estimates"]
+    foreign = np.loadtxt(folder / "1.csv", delimiter=",", skiprows=1)
+    foreign *= [1e3, 180 / np.pi, 4096 / (2 * np.pi), 100, 1]
+    head = "Zeit [ms];Position 1 (deg);Counts_2;tau_shoulder [N cm];Drehmoment 2"
+    np.savetxt(tmp_path / "foreign.csv", foreign, delimiter=";", header=head, comments="")
+    names = ("t=Zeit", "q_shoulder=Position 1", "q_elbow=2*pi/4096*Counts_2", "tau_elbow=Drehmoment 2 [N m]")
+    options = [x for name in names for x in ("--column", name)]
+    found = identified(folder, tmp_path / "foreign.csv", *options)["estimates"]
+    for label, x in found.items():
+        assert x["value"] == pytest.approx(wanted[label]["value"], rel=1e-6)
+    said = refused("identify", folder / "arm.toml", tmp_path / "foreign.csv", *options[:-2])
+    assert "tau_elbow" in said and "Drehmoment 2" in said
+    said = refused("identify", folder / "arm.toml", tmp_path / "foreign.csv", "--column", "t=Drehmoment")
+    assert "Drehmoment: missing; the file has Zeit [ms]" in said
 
 
 def test_logs_are_cut_and_sampled_evenly(folder: Path, tmp_path: Path) -> None:
@@ -127,13 +150,14 @@ def test_logs_are_cut_and_sampled_evenly(folder: Path, tmp_path: Path) -> None:
     cut = ("--after", 0.1, "--before", 14.9)
     for options in ((), cut, (*cut, "--resample", 250)):
         found = identified(folder, tmp_path / "log.csv", *options)
-        for label, x in found["parameters"].items():
+        for label, x in found["estimates"].items():
             assert abs(x["value"] - (x["file"] or 0.0)) < 5 * x["std"], (options, label)
         assert any("NaN or infinity at 3 of" in note for note in found["notes"]) == (not options)
     faster = identified(folder, folder / "1.csv", "--resample", 2000)["notes"]
     assert any("faster than the 500 Hz" in note for note in faster)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -148,6 +172,7 @@ def test_spans_and_frequencies_without_sense(folder: Path, options: tuple[object
     assert message in refused("identify", folder / "arm.toml", folder / "1.csv", *options)
 
 
+@pytest.mark.thorough
 def test_zeros_of_the_table_that_are_sought_are_named(folder: Path, tmp_path: Path) -> None:
     """The generated regressor has no columns for them: used together they would be one column beside."""
     text = (EXAMPLES / "planar_2r.toml").read_text(encoding="utf-8").split("[bodies]")[0]
@@ -178,4 +203,4 @@ def test_an_empty_archive_is_an_error_not_an_interrupt(folder: Path, tmp_path: P
 def test_excite_says_why_friction_is_sought(tmp_path: Path) -> None:
     limits = ("--position", "-1:1", "--velocity", 1, "--acceleration", 5, "--evaluations", 5, "--sample-rate", 200)
     said = run("excite", EXAMPLES / "planar_2r.toml", "--out", tmp_path / "e.csv", *limits).stdout
-    assert "FV, FS (viscous, dry friction) are sought for every motor" in said
+    assert "friction (FV viscous, FS dry) is estimated for every motor" in said

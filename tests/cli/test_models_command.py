@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.package_context import SINGULAR
-from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.output_files import write_files
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, trace
+from symoro_elastic.models.programs.catalogue import MODELS, trace
 from symoro_elastic.quantities import MOTION
 from tests.analysis.vibration.machines import drive
 from tests.analysis.vibration.test_singular_inertia import on_the_axis
@@ -36,6 +36,7 @@ def lengths(shape: str, sizes: dict[str, int]) -> list[int | None]:
     return [None if word in ANY else sizes[word] if word in sizes else int(word) for word in shape.split(" x ")]
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", [name for name in MODELS if "geometric" not in name and "position" not in name])
 def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
     """A motor and springs beside each other; a motor and its load where motions beyond springs are wanted."""

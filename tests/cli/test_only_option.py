@@ -43,6 +43,7 @@ def test_rows_that_were_chosen_are_in_the_header(tmp_path: Path) -> None:
     assert "rows of H" not in header and "rows of qdd" not in header
 
 
+@pytest.mark.thorough
 def test_check_and_equations_take_points(tmp_path: Path) -> None:
     found = json.loads(
         run("check", TWO_R, "--model", "geometric_model", "--only", f"geometric_model={POINT}", "--json").stdout
@@ -64,6 +65,7 @@ def test_a_wider_command_line_uses_them(tmp_path: Path) -> None:
     assert imported(tmp_path / "planar_2r").OUTPUTS == {"jacobian": {"J": ("shoulder",)}}
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -98,7 +100,7 @@ def test_a_parameter_without_value_is_not_folded_by_a_scene_file(tmp_path: Path)
         ("tool", "symoro-elastic: --only: 'tool' is not MODEL=NAME"),
         ("jacobian=", "is not MODEL=NAME"),
         ("jacobien=tool", "two_axis.toml: --only: no model 'jacobien'; did you mean 'jacobian'?"),
-        ("jacobian=tol", "two_axis.toml: --only, jacobian: no joint 'tol'"),
+        ("jacobian=tol", "two_axis.toml: --only, jacobian: no frame 'tol'"),
         ("jacobian=tool at 1 2 3", "a point has three coordinates in brackets"),
         (
             "velocities=tool",

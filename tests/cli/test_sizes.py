@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.identification.identify import _refuse_amount
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.preparation import Preparation
 from symoro_elastic.formats import read_machine
-from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.sizes import MOST_HELD, refuse_numbers
+from symoro_elastic.foundation.errors import MOST_HELD, InputError, refuse_numbers
+from symoro_elastic.measured.logs.pieces import refuse_amount
 from tests.cli.test_every_command import ODD
 from tests.command_line import EXAMPLES, refused
 
@@ -32,6 +31,7 @@ def test_the_bound() -> None:
     assert str(error.value) == "a.toml: --over: 9 positions make 5e+07 numbers, 5e+07 is the limit: give fewer"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("command", "machine", "options", "said"),
     [
@@ -42,7 +42,7 @@ def test_the_bound() -> None:
         ("feed-forward", TWO_AXIS, "--sample-rate 1e6 --duration 4.9", "rate: 4900001 samples of 2 motors with"),
         ("excite", TWO_AXIS, f"{EXCITED} --sample-rate 9e5 --periods 3", "rate: 4.5e+06 samples of 2 motors make"),
         ("excite", TWO_AXIS, f"{EXCITED} --sample-rate 1e9", "rate: 1e+09 Hz makes 5e+09 samples, 5e+06 is the limit"),
-        ("trade", RX90, "--states 1000000 --model regressor", "--states: 1000000 states with"),
+        ("benchmark", RX90, "--states 1000000 --model regressor", "--states: 1000000 states with"),
         ("modes", "chain.toml", "--along j1=0:1:10000", "--along: 10000 positions of 40 joints make"),
     ],
 )
@@ -61,8 +61,8 @@ def test_equations_of_a_record() -> None:
     with pytest.raises(
         InputError, match=r"r\.csv: t: 30000000 equations after filtering for 52 parameters make 4\.68e\+09"
     ):
-        _refuse_amount([[record]], None, 52, may_be_few=False)
-    _refuse_amount([[record]], None, 0, may_be_few=True)
+        refuse_amount([[record]], None, 52, may_be_few=False)
+    refuse_amount([[record]], None, 0, may_be_few=True)
 
 
 def test_resampled_records() -> None:

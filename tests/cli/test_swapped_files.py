@@ -52,7 +52,7 @@ def test_other_files_in_the_place_of_one() -> None:
 def test_a_faulty_file_of_the_right_kind_says_its_fault(tmp_path: Path) -> None:
     (tmp_path / "arm.toml").write_text("joints = [1]\n")
     assert "is a machine" not in refused("show", "arm.toml") and "is a scene" not in refused("show", "arm.toml")
-    assert "there is no such file" in refused("show", "none.csv")
+    assert "no such file" in refused("show", "none.csv")
     assert "no joint 'shoulder2'" in refused_scene(tmp_path, SCENE.read_text().replace('"shoulder"', '"shoulder2"'))
 
 

@@ -22,9 +22,11 @@ NEEDED = {
     "report": ("--out", "page.html"),
     "convert": ("other.toml",),
     "simulate": ("--scene", str(SCENE)),
+    "reduce": ("--scene", str(SCENE)),
     "ladder": ("--scene", str(SCENE)),
     "sweep": ("--over", "m2=1,2"),
     "identify": ("data.csv",),
+    "ik": ("--position", "0.5,0.5,0"),
     "update": ("tests.toml", "--seek", "m1"),
     "lobes": ("--direction", "tip.x", "--cutting", "1e9"),
 }
@@ -63,7 +65,7 @@ def _wrong(command: str, one: DeclaredOption) -> tuple[str, ...]:
     return ("nonsense",)
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(("command", "option", "value"), list(wrong_values()), ids=str)
 def test_a_message_names_the_option_that_was_typed(command: str, option: str, value: str) -> None:
     needed = [*NEEDED.get(command, ()), *(("--radial", "6e8") if option == "--across" else ())]
@@ -73,12 +75,13 @@ def test_a_message_names_the_option_that_was_typed(command: str, option: str, va
     assert found.code == 2 and option in found.err and found.err.startswith("error: "), found
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         (("generate", MACHINE, "--model", "inertia_matrx"), "--model: no model 'inertia_matrx'; did you mean"),
         (("check", MACHINE, "--fold", "m3"), "--fold: no parameter 'm3'; did you mean 'm2'?"),
-        (("equations", MACHINE, "--only", "jacobian=elbw"), "--only, jacobian: no joint 'elbw'; did you mean 'elbow'?"),
+        (("equations", MACHINE, "--only", "jacobian=elbw"), "--only, jacobian: no frame 'elbw'; did you mean 'elbow'?"),
         (("response", MACHINE, "--input", "elbow.Fx"), "--input: 'elbow.Fx' is not NAME.QUANTITY"),
         (("response", MACHINE, "--input", "elbow.Fx"), "; did you mean 'elbow.fx'?"),
         (("modes", MACHINE, "--value", "m3=1"), "--value: no parameter 'm3'; did you mean 'm2'?"),
@@ -98,7 +101,7 @@ def test_in_python_the_argument_is_named() -> None:
     for wrong, said in (
         ({"scene": {"models": ["inertia_matrx"]}}, "scene, models: no model"),
         ({"fold": ["m3"]}, r"fold: no parameter 'm3'"),
-        ({"only": {"jacobian": ["elbw"]}}, r"only, jacobian: no joint 'elbw'"),
+        ({"only": {"jacobian": ["elbw"]}}, r"only, jacobian: no frame 'elbw'"),
     ):
         with pytest.raises(se.InputError, match=said):
             se.equations(MACHINE, "jacobian", **wrong)

@@ -34,6 +34,7 @@ def figures(*arguments: object) -> Any:
     return json.loads(run(*arguments, "--json").stdout)
 
 
+@pytest.mark.thorough
 def test_modes_on_the_command_line(tmp_path: Path) -> None:
     found = figures("modes", TWO_AXIS, *AT)
     assert [round(f, 1) for f in found["frequencies"]] == PRINTED
@@ -49,6 +50,7 @@ def test_modes_on_the_command_line(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "p").iterdir()} == {"shapes.png", "energies.png"}
 
 
+@pytest.mark.thorough
 def test_motors_held_or_under_control() -> None:
     held = figures("modes", TWO_AXIS, *AT, "--hold", "all")
     assert len(held["frequencies"]) == 10 and held["frequencies"][0] == pytest.approx(25.98789, rel=1e-6)
@@ -69,6 +71,7 @@ def test_modes_over_positions(tmp_path: Path) -> None:
     assert axis.get_xlabel() == "motor_x, m" and axis.get_ylabel() == "motor_y, m"
 
 
+@pytest.mark.thorough
 def test_response_on_the_command_line(tmp_path: Path) -> None:
     asked = ("response", TWO_AXIS, *AT, "--input", "motor_x", "--output", "tool.x", "--band", "10:100:50")
     found = figures(*asked, "--out", tmp_path / "r.csv", "--plots", tmp_path)
@@ -83,6 +86,21 @@ def test_response_on_the_command_line(tmp_path: Path) -> None:
     assert "antiresonances" in run(*asked).stdout
 
 
+@pytest.mark.thorough
+def test_a_response_at_one_frequency_has_its_magnitude_and_phase() -> None:
+    asked = ("response", TWO_AXIS, *AT, "--input", "motor_x", "--output", "tool.x", "--frequency", "5")
+    linear = linearized(two_axis(), {"motor_x": 0.3, "motor_y": 0.1}, ["motor_x"], ["tool.x"])
+    wanted = frequency_response(linear, [5.0]).values[0, 0, 0]
+    (row,) = figures(*asked)["values"]
+    assert (row["frequency"], row["input"], row["output"]) == (5.0, "motor_x.tau", "tool.x")
+    assert row["magnitude"] == pytest.approx(abs(wanted), rel=1e-12)
+    assert row["phase"] == pytest.approx(np.angle(wanted, deg=True), rel=1e-12)
+    shown = run(*asked).stdout
+    assert f"{abs(wanted):.4g}" in shown and "phase, deg" in shown
+    assert figures(*asked[:-2], "--band", "10:100:50")["values"] == []
+
+
+@pytest.mark.thorough
 def test_signals_of_held_motors_are_left_out() -> None:
     held = ("--hold", "motor_x")
     found = figures("response", TWO_AXIS, *held, "--output", "motor_y.q", "--output", "tool.z")
@@ -108,6 +126,7 @@ def test_compare_on_the_command_line() -> None:
     assert "rigid misses" in shown and found["conclusion"] in shown
 
 
+@pytest.mark.thorough
 def test_pictures_of_a_comparison(tmp_path: Path) -> None:
     """What the pictures show is what the table sums up."""
     write_machine(drive(), tmp_path / "drive.toml")
@@ -146,6 +165,7 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
     assert found["qd"][4] == 2.0 and len(found["A"]) == 24 and found["qdd"][8] != 0.0
 
 
+@pytest.mark.thorough
 def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
     """Its torque is not an input, and its encoder no output: text, JSON and files say so."""
     note = "motor_x is held: its torque and its encoder are not signals"
@@ -205,10 +225,11 @@ REFUSED = {
     "--value D4=nan": "--value: 'D4=nan' is not NAME=NUMBER: nan is not finite",
     "--pd motor_x=inf:1": "--pd: ",
     "--along ram=0:1:3": "--along: ram is not held, so its position is that of the equilibrium: give motors instead",
-    "--out m.txt": "m.txt: --out: there is no format '.txt': end the name with .npz or .mat",
+    "--out m.txt": "m.txt: --out: unknown format '.txt': end the name with .npz or .mat",
 }
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("options", REFUSED)
 def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -226,8 +247,8 @@ def test_files_of_a_linearization_that_no_program_reads_are_refused(name: str, t
 
 
 SIGNALS = {
-    "--hold all": "two_axis.toml: --input: there is no motor, or all are held: name an input, such as sensor_head.fx",
-    "--hold all --input tool.fx": "--output: there is no motor, or all are held: name an input, such as sensor_head.x",
+    "--hold all": "two_axis.toml: --input: no motor is free: name an input, such as sensor_head.fx",
+    "--hold all --input tool.fx": "--output: no motor is free: name an input, such as sensor_head.x",
     "--hold motor_x --input motor_x": "--input: motor_x.tau is of a motor that is held, so nothing moves there",
     "--hold motor_x --output motor_x.qdd": "--output: motor_x.qdd is of a motor that is held, so nothing moves there",
     "--input ram": "--input: 'ram': ram has no motor",
@@ -247,6 +268,7 @@ SIGNALS = {
 }
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("options", SIGNALS)
 def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -257,6 +279,7 @@ def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.Mon
     assert [path.name for path in tmp_path.iterdir()] == ["two_axis.toml"]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("options", "said"),
     [

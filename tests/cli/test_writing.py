@@ -18,9 +18,9 @@ import symoro_elastic as se
 from symoro_elastic import cli
 from symoro_elastic.cli.options import InputFile, Output, OutputFile, OutputFolder, OutputMachine, OutputPage
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.file_forms import PICTURE_FORMATS
-from symoro_elastic.foundation.output_files import STAGING, permission, write_all, write_file
-from symoro_elastic.foundation.output_folder import MANIFEST, write_files
+from symoro_elastic.foundation.file_forms import PICTURE_FORMATS, why_not_on_windows
+from symoro_elastic.foundation.output_files import MANIFEST, permission, write_all, write_file, write_files
+from symoro_elastic.foundation.replacing import STAGING
 from tests.command_line import EXAMPLES, refused, run
 
 TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"
@@ -39,6 +39,7 @@ WRITING = {
     "modes": (TWO_AXIS, "--out", "out.mat"),
     "response": (TWO_AXIS, "--band", "1:10:3", "--out", "out.csv"),
     "simulate": (TWO_R, "--scene", MOTION, "--step", "0.01", "--out", "out.csv"),
+    "reduce": (TWO_R, "--scene", MOTION, "--for", "feed-forward", "--save", "out.toml"),
     "ladder": (TWO_R, "--scene", MOTION, "--save", "out.toml"),
     "sweep": (TWO_AXIS, "--over", "ram.k=1e6,1e7", "--out", "out.csv"),
     "feed-forward": (TWO_R, "--duration", "0.1", "--sample-rate", "50", "--out", "out.csv"),
@@ -46,6 +47,7 @@ WRITING = {
 """Arguments with which each command that writes one file writes it."""
 WRITING_LATE = {
     "control": (TWO_AXIS, "--damping", "0.02", "--save", "out.toml"),
+    "tune": (TWO_AXIS, "--damping", "0.02", "--save", "out.toml"),
     "identify": (TWO_R, "none.csv", "--save", "out.toml"),
     "report": (TWO_R, "--out", "out.html"),
     "update": (TWO_AXIS, "none.toml", "--save", "out.toml"),
@@ -90,7 +92,7 @@ def test_the_suffix_of_a_file_says_its_format(command: str, parameter: click.Par
     if isinstance(parameter.type, OutputMachine):
         assert said.startswith(f"out.docx: {place}: the suffix '.docx' is not a machine format")
     else:
-        assert said.startswith(f"out.docx: {place}: there is no format '.docx': end the name with ")
+        assert said.startswith(f"out.docx: {place}: unknown format '.docx': end the name with ")
         assert all(form in said for form in parameter.type.forms)
 
 
@@ -104,7 +106,7 @@ def test_equations_are_written_in_the_format_of_the_suffix(tmp_path: Path) -> No
     )
     assert (
         refused(*asked, "--out", "eq")
-        == "eq: --out: its format is not said: end the name with .tex, .html, .htm or .pdf"
+        == "eq: --out: its format is missing: end the name with .tex, .html, .htm or .pdf"
     )
     assert run(*asked, "--format", "html").stdout.startswith("<!doctype html>")
 
@@ -141,6 +143,7 @@ def test_a_report_is_a_page_or_a_folder(tmp_path: Path) -> None:
     assert "exists already" in refused("report", TWO_R, "--out", "page.html")
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("command", WRITING)
 def test_a_file_is_replaced_with_force_only(command: str, tmp_path: Path) -> None:
     *arguments, out = WRITING[command]
@@ -184,7 +187,7 @@ def test_names_that_no_file_has(out: str, said: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["modes", "response", "compare", "simulate", "feed-forward", "trade", "identify", "excite"]
+    "command", ["modes", "response", "compare", "simulate", "feed-forward", "benchmark", "identify", "excite"]
 )
 def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path: Path) -> None:
     """Before the machine is read, which does not exist."""
@@ -242,7 +245,7 @@ def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
     assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")
-    assert alone == "symoro-elastic: --plot-format: there are no plots: name their folder with --plots"
+    assert alone == "symoro-elastic: --plot-format: plots need a folder: name it with --plots"
 
 
 def test_devices_and_pipes_take_what_is_written() -> None:
@@ -282,7 +285,7 @@ def test_a_file_keeps_its_mode_and_a_new_one_has_the_usual(tmp_path: Path) -> No
 
 def test_leftovers_of_killed_runs_are_removed_and_those_of_live_ones_stay(tmp_path: Path) -> None:
     held = (
-        "import sys; from pathlib import Path; from symoro_elastic.foundation.output_files import _staging\n"
+        "import sys; from pathlib import Path; from symoro_elastic.foundation.replacing import _staging\n"
         "with _staging(Path(sys.argv[1])) as folder: print(folder.name, flush=True); sys.stdin.read()"
     )
     command = [sys.executable, "-c", held, str(tmp_path)]
@@ -303,6 +306,18 @@ def test_leftovers_of_killed_runs_are_removed_and_those_of_live_ones_stay(tmp_pa
 # Folders of generated files
 
 FILES = {"a.c": "one\n", "b.c": "two\n"}
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("con", "a device"), ("out/aux.toml", "a device"), (r"C:\out\NUL", "a device"), ("COM1 .csv", "a device"),
+        ("a.csv:b", "a stream of another file"), (r"C:\a:b.csv", "a stream of another file"),
+        (r"C:\out\arm.csv", ""), ("console.csv", ""), ("out/com.csv", ""), ("a.con", ""), (r"\\host\share\a.csv", ""),
+    ],
+)  # fmt: skip
+def test_names_of_devices_and_streams_are_no_files_of_windows(path: str, kind: str) -> None:
+    assert why_not_on_windows(path) == kind
 
 
 def test_files_changed_by_hand_are_recognised(tmp_path: Path) -> None:
@@ -380,21 +395,33 @@ def test_no_file_outside_of_the_folder_is_reached(tmp_path: Path) -> None:
     assert (mine / "a.m").read_text() == "mine"
 
 
-@pytest.mark.parametrize("renamed", [0, 1, 2])
-def test_a_run_killed_between_two_files_is_no_change_by_hand(renamed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"files": ' + "[" * 5000, "null", '{"files": 3}', " " * 5_000_001])
+def test_a_list_that_is_none_is_refused_and_replaced_by_force(text: str, tmp_path: Path) -> None:
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(InputError, match="is not a list of generated files: move the folder away"):
+        write_files(tmp_path, FILES)
+    assert (tmp_path / MANIFEST).read_text() == text
+    with permission(force=True):
+        write_files(tmp_path, FILES)
+    assert set(contents(tmp_path)) == {*FILES, MANIFEST}
+
+
+def test_only_plain_files_of_a_list_are_removed(tmp_path: Path) -> None:
     write_files(tmp_path, FILES)
-    new = {"a.c": "new one\n", "b.c": "new two\n"}
-    write_files(tmp_path / "elsewhere", new)
-    staging = (tmp_path / "elsewhere").rename(tmp_path / f"{STAGING}dead")
-    for name in list(new)[:renamed]:
-        (staging / name).replace(tmp_path / name)
-    write_files(tmp_path, {"a.c": "other\n"})
-    assert set(contents(tmp_path)) == {"a.c", MANIFEST}
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/notes").write_text("mine")
+    listed = json.loads((tmp_path / MANIFEST).read_text())
+    listed["files"] += ["mine", "a\0b", "a\nb", ""]
+    (tmp_path / MANIFEST).write_text(json.dumps(listed))
+    write_files(tmp_path, {"a.c": "new\n"})
+    assert set(contents(tmp_path)) == {"a.c", "mine/notes", MANIFEST}
+    assert json.loads((tmp_path / MANIFEST).read_text())["files"] == ["a.c"]
 
 
+@pytest.mark.thorough
 def test_four_runs_at_once_leave_a_whole_folder(tmp_path: Path) -> None:
     many = (
-        "import sys; from pathlib import Path; from symoro_elastic.foundation.output_folder import write_files\n"
+        "import sys; from pathlib import Path; from symoro_elastic.foundation.output_files import write_files\n"
         "for k in range(20): write_files(Path(sys.argv[1]), {f'{n}.c': f'{k} {n}' for n in range(5)})"
     )
     runs = [subprocess.Popen([sys.executable, "-c", many, str(tmp_path)], stderr=subprocess.PIPE) for _ in range(4)]
@@ -403,7 +430,7 @@ def test_four_runs_at_once_leave_a_whole_folder(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 6
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_temporary_folders_go_when_a_run_is_ended(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "tmp").mkdir()

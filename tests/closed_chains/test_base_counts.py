@@ -15,19 +15,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.identification.identify import structural_grouping
-from symoro_elastic.analysis.identification.regression import regressor
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.measured.logs.identify import structural_grouping
+from symoro_elastic.measured.logs.regression import regressor
 from symoro_elastic.mechanics.regressor import INERTIAL, parameters_of
-from symoro_elastic.numerics.grouping import BaseParameters, base_parameters
-from symoro_elastic.numerics.random_motion import random_motion
-from symoro_elastic.numerics.rank import Stacked, enough_states, stacked_regressor
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.random_motion import random_motion
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.linear.grouping import BaseParameters, base_parameters
+from symoro_elastic.numerics.linear.rank import Stacked, enough_states, stacked_regressor
 from tests.closed_chains.machines import FILES
 from tests.closed_chains.test_base_parameters import ALIKE
 
@@ -82,6 +82,7 @@ def rank(W: Array) -> int:
     return int((sizes > SMALL).sum())
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", CASES)
 def test_show_counts_the_rank_and_says_what_is_zero(name: str) -> None:
     found = shown(name)
@@ -91,12 +92,14 @@ def test_show_counts_the_rank_and_says_what_is_zero(name: str) -> None:
     assert counts == ZERO_BY_VALUE.get(name, counts)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("name", CASES)
 def test_the_model_has_what_show_lists(name: str) -> None:
     (model,) = (m for m in programs(machine(name), Scene(models=("base_parameters",))).models if "X" in m.results)
     assert [*model.results["X"].column_labels] == [*shown(name).formulas]
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", CASES)
 def test_the_identification_has_the_rank_of_its_columns(name: str) -> None:
     described = machine(name)

@@ -17,13 +17,13 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.regressor import parameters_of
-from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.grouping import base_machine, base_parameters, checked_grouping
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.independence import rank
-from symoro_elastic.numerics.random_motion import random_motion
-from symoro_elastic.numerics.rank import RANK_TOLERANCE, cross_check, enough_states, stacked_regressor
+from symoro_elastic.models.parameters.base_parameters import base_grouping
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.random_motion import random_motion
+from symoro_elastic.numerics.linear.grouping import base_machine, base_parameters, checked_grouping
+from symoro_elastic.numerics.linear.independence import rank
+from symoro_elastic.numerics.linear.rank import RANK_TOLERANCE, cross_check, enough_states, stacked_regressor
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.closed_chains.machines import FILES, machine, reordered, situations
 from tests.closed_chains.test_regressors import inputs_of
 from tests.references.virtual_work import VirtualWork

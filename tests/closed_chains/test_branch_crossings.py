@@ -19,9 +19,9 @@ from symoro_elastic.analysis.vibration.reference_trajectory import move
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Gains
-from symoro_elastic.models.state import State
-from symoro_elastic.numerics.branch_crossings import refuse_lost
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
+from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 from tests.analysis.ladder.motions import moved
 from tests.closed_chains.machines import machine
 from tests.closed_chains.test_branches import BASE, CHANGE_POINT, CRANK, ROCKER, four_bar
@@ -84,7 +84,6 @@ def test_a_servo_towards_positions_that_cannot_close() -> None:
     assert 0.1 < t < 0.4 and END - 0.2 < q < END + 1e-3
 
 
-@pytest.mark.thorough
 def test_adapted_steps_name_the_loop() -> None:
     with pytest.raises(InputError) as caught:
         simulate_adaptively(servoed(four_bar(CHANGE_POINT, 1.0, 1), -2.0), Request(tolerance={"rocker.q": 1e-2}), {})

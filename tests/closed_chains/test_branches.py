@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import Form, plan_of
-from symoro_elastic.numerics.closed_positions import Followed
-from symoro_elastic.numerics.values import given_values
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
+from symoro_elastic.numerics.evaluation.closed_positions import Followed
+from symoro_elastic.numerics.evaluation.values import given_values
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, machine
 
@@ -133,7 +133,6 @@ def in_small_steps(described: Machine) -> Iterator[list[float]]:
         yield found
 
 
-@pytest.mark.thorough
 def test_far_positions_are_on_the_branch_of_the_start() -> None:
     """A loop that nearly folds on the way, asked for at positions up to 1.5 rad from the start."""
     described = machine("ring_with_slide")

@@ -13,7 +13,7 @@ import pytest
 
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_models import ASSEMBLED, assert_near, driven, independent
 from tests.generated_code import COMPILERS
@@ -83,6 +83,7 @@ def test_one_state(name: str, model: str) -> None:
             assert_near(name, found[result], entries)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(("name", "model"), CASES)
 def test_many_states(name: str, model: str) -> None:
     """More of them than a block of the batch holds."""

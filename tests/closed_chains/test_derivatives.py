@@ -61,7 +61,7 @@ def differences(name: str, function: Function, by: str) -> Array:
     return np.array(columns, dtype=object).T
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("name", DIFFERENTIATED)
 def test_derivatives_of_the_direct_model(name: str) -> None:
     tau = situations(name)[0].tau
@@ -75,6 +75,7 @@ def test_derivatives_of_the_direct_model(name: str) -> None:
     assert_near(name, results["dqdd_dtau"], np.array(columns, dtype=object).T, TOLERANCE)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", DIFFERENTIATED)
 def test_derivatives_of_the_inverse_model(name: str) -> None:
     wanted_motion = situations(name)[0].qdd_motor

@@ -67,7 +67,7 @@ def given(described: Machine, model: str) -> dict[str, list[Any]]:
     return {"q": list(situation.state.u), "qd": list(situation.state.ud), DRIVING[model]: drive, "p": parameters}
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("model", DRIVING)
 @pytest.mark.parametrize("name", MACHINES)
 def test_by_the_state_and_what_drives(name: str, model: str) -> None:

@@ -14,7 +14,7 @@ from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Joint, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.closed_chains.machines import machine
 from tests.generated_code import COMPILERS
 
@@ -48,7 +48,6 @@ def motion(code: CompiledPackage) -> Any:
     return np.array(states)
 
 
-@pytest.mark.thorough
 @pytest.mark.skipif(not COMPILERS, reason="no C compiler")
 def test_energy_stays_and_the_loop_stays_closed(tmp_path: Path) -> None:
     models = ("direct_dynamics", "energy", "geometric_model")

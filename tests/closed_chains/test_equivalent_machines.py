@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import Situation, in_order, machine, reordered, situations

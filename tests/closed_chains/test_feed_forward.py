@@ -17,8 +17,8 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.feed_forward import over_time
+from symoro_elastic.models.dynamics.feed_forward import over_time
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.closed_chains.machines import machine, situations
 from tests.references.closed_chains import DIGITS, Array, State, exact, in_many_digits
@@ -109,6 +109,7 @@ def test_in_a_loop_with_elastic_cranks() -> None:
     assert_followed(described, [2.3, 0.8], situations("five_bar")[0].state.guess, [])
 
 
+@pytest.mark.thorough
 def test_in_a_loop_in_space() -> None:
     """Its closed form is that of inverse geometry."""
     described = undamped(machine("spatial_four_bar"), {})

@@ -9,7 +9,7 @@ import pytest
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Closing
-from symoro_elastic.models.model import Frame, Frames
+from symoro_elastic.models.bound.model import Frame, Frames
 from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_references import worst
 from tests.closed_chains.traced import results

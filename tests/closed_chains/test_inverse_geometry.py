@@ -19,9 +19,9 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.model import Frame, TracedModel
+from symoro_elastic.models.bound.model import Frame, TracedModel
 from symoro_elastic.models.packaging import package
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import machine
 from tests.generated_code import imported
@@ -142,6 +142,7 @@ def values(program: Any, symbols: Mapping[str, float]) -> list[float]:
     return [value(x) for x in entries]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", CASES)
 def test_every_solution_places_the_frame_and_one_is_the_position_it_was_placed_from(name: str, tmp_path: Path) -> None:
     case = CASES[name]

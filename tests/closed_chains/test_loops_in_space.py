@@ -14,10 +14,10 @@ import pytest
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.loops.assembly import Position
 from symoro_elastic.models.loops.plan import Form, Plan, plan_of
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, machine
 from tests.references.closed_chains import Chain, State, in_many_digits

@@ -19,8 +19,8 @@ from mpmath import mpf
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.closed_chains.machines import FILES, WITH_RESULTS, data, in_order, machine, reordered, situations
 from tests.references import multiprecision
 from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
@@ -136,6 +136,7 @@ def against_references(model: str) -> Callable[..., Any]:
     return tested
 
 
+@pytest.mark.sampled(80)
 @pytest.mark.parametrize("model", ["direct_dynamics", "direct_dynamics_by_inertia_matrix"])
 @pytest.mark.parametrize(("name", "k"), CASES)
 def test_direct_dynamics(name: str, k: int, model: str) -> None:
@@ -143,6 +144,7 @@ def test_direct_dynamics(name: str, k: int, model: str) -> None:
     assert_near(name, computed(name, k, model)["qdd"], independent(reference(name, k), wanted))
 
 
+@pytest.mark.sampled(30)
 @against_references("inverse_dynamics")
 def test_inverse_dynamics(name: str, results: Results, found: Multipliers, situation: Any) -> None:
     tau, accelerations = found.inverse(situation.qdd_motor)
@@ -150,11 +152,13 @@ def test_inverse_dynamics(name: str, results: Results, found: Multipliers, situa
     assert_near(name, results["qdd"], independent(found, accelerations))
 
 
+@pytest.mark.sampled(30)
 @against_references("inertia_matrix")
 def test_inertia_matrix(name: str, results: Results, found: Multipliers, _: Any) -> None:
     assert_near(name, results["A"], found.inertia())
 
 
+@pytest.mark.sampled(30)
 @against_references("bias_forces")
 def test_bias_forces(name: str, results: Results, found: Multipliers, _: Any) -> None:
     assert_near(name, results["H"], found.bias())
@@ -165,11 +169,13 @@ def test_energy(name: str, results: Results, found: Multipliers, _: Any) -> None
     assert_near(name, results["E"], found.energies())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "k"), COUPLED)
 def test_dependent_coordinates(name: str, k: int) -> None:
     assert_near(name, computed(name, k, "dependent_coordinates")["x"], reference(name, k).x)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(("name", "k"), COUPLED)
 def test_coupling_matrix(name: str, k: int) -> None:
     results, found = computed(name, k, "coupling_matrix"), reference(name, k)
@@ -178,6 +184,7 @@ def test_coupling_matrix(name: str, k: int) -> None:
     assert_near(name, results["gam"], found.gam, scale=squared_rates)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", ["five_bar", "geared_6r", "palletizer", "press"])
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
 def test_rows_in_another_order(name: str, model: str) -> None:
@@ -241,6 +248,7 @@ def test_a_parallelogram_closed_by_a_loop_passes_its_flat_position(distance: flo
     assert_near("parallelogram_loop", found, exact, 1e-14)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(("name", "k"), CONSTRAINED)
 def test_constraint_forces(name: str, k: int) -> None:
     """On the motion of the direct model, motors on one freedom with the torques of the inverse model."""
@@ -271,6 +279,7 @@ def driven(name: str, k: int) -> tuple[Multipliers, Array, Array]:
     return found, tau.astype(float), independent(found, accelerations).astype(float)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("name", FILES)
 def test_linearization(name: str) -> None:
     """About the direct model's motion, motor torques held: K holds the tangent stiffness of constraint forces (L40)."""

@@ -14,10 +14,10 @@ from symoro_elastic.formats.par import reading as par
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.loops.plan import Form
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Level, reachable
 from symoro_elastic.symbolic.program import Section, count
@@ -97,6 +97,7 @@ def test_what_closes_a_loop_has_sections_and_names_of_its_own() -> None:
     }
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", FILES)
 def test_direct_and_inverse_models_are_traced_in_few_calls(name: str) -> None:
     """Loops are planned again, for the copy is a machine of its own."""
@@ -112,6 +113,7 @@ def test_direct_and_inverse_models_are_traced_in_few_calls(name: str) -> None:
 # One machine, two tables
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     ("one", "other"),
     [("press", "press_cut_at_crank"), ("parallelogram", "parallelogram_loop"), ("coaxial_rigid", "coaxial_geared")],

@@ -34,6 +34,7 @@ def worst(found: Any, wanted: Any) -> float:
         return float(max(map(abs, found - wanted), default=mpf(0)) / scale)
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("reference", REFERENCES)
 @pytest.mark.parametrize(("name", "k"), KNOWN)
 def test_figures_of_another_program(name: str, k: int, reference: type[Multipliers] | type[VirtualWork]) -> None:
@@ -65,6 +66,7 @@ def test_small_motions(name: str) -> None:
         assert worst(matrix, known[label]) < 1e-19, label
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("name", FILES)
 def test_the_references_agree(name: str) -> None:
     for situation in situations(name)[:1]:

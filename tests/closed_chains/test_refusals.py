@@ -167,6 +167,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("case", REFUSED)
 def test_one_line_says_why_and_nothing_is_written(case: str, tmp_path: Path) -> None:
     text, models, message = REFUSED[case]
@@ -179,6 +180,7 @@ def test_models_of_closed_chains_are_refused_on_trees(model: str, tmp_path: Path
     assert_refused(tmp_path, generated(tmp_path, text, model), rf"{model}: no .*")
 
 
+@pytest.mark.thorough
 def test_the_joints_that_a_refusal_proposes_can_depend(tmp_path: Path) -> None:
     text = TWO_ON_ONE_AXIS.replace('["q1", "q2"]', '["q1", "q3"]')
     assert text != TWO_ON_ONE_AXIS

@@ -9,9 +9,9 @@ import pytest
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.identification import linear_parameters
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.dynamics.identification import linear_parameters
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, Situation, machine, situations
 from tests.references.constraint_multipliers import Multipliers
@@ -48,6 +48,7 @@ def inputs_of(described: Machine, situation: Situation, at: dict[str, Any]) -> d
     return {"q": situation.state.u, "q_dep": dependent, "qd": situation.state.ud, "qdd": udd}
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("name", LINEAR)
 def test_regressor_times_parameters_is_the_force(name: str) -> None:
     """Inertia, gravity, rotors, friction of own variables and of coupled joints, springs, dampers and wrenches."""

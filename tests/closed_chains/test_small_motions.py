@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations
 from tests.closed_chains.test_references import worst
@@ -31,7 +31,7 @@ FEW_DIGITS = 1e-19
 """The reference's D and K are differences of 23 digits or more."""
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("name", MACHINES)
 def test_matrices_are_differences_of_virtual_work(name: str) -> None:
     described, situation = machine(name), situations(name)[0]

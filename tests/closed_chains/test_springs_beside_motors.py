@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.formats.toml import reading as toml
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 MACHINE = """
 name = "balanced_arm"

@@ -12,7 +12,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.loops.description import described_loops
+from symoro_elastic.models.checks.loop_descriptions import described_loops
 from symoro_elastic.models.loops.plan import plan_of
 from tests.command_line import run
 from tests.formats.robots.test_mjcf import OURS
@@ -56,6 +56,7 @@ def test_two_positions_are_refused_by_the_joint_that_tells_them_apart() -> None:
     assert str(error.value).endswith(": give q2 there")
 
 
+@pytest.mark.thorough
 def test_show_says_what_was_found(tmp_path: Path) -> None:
     file = tmp_path / "m.toml"
     file.write_text(OURS.replace(WHOLE, "q1 = 1.0, q2 = -0.6"))

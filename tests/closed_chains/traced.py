@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, points_of
-from symoro_elastic.models.model import Frames, Joints
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Frames, Joints
+from symoro_elastic.models.programs.catalogue import MODELS, points_among
 from symoro_elastic.symbolic.arithmetic import evaluate_nodes, multiprecision
 from symoro_elastic.symbolic.expression import reachable
 from tests.references.closed_chains import DIGITS, Array, Chain, State, exact, in_many_digits
@@ -31,7 +31,7 @@ def results(
 
 def traced(machine: Machine, model: str, asked: Joints | Frames = ()) -> Callable[..., Results]:
     """The function of a state, further arguments and values of parameters in place of the file's that a model is."""
-    bound = Bound(machine, points=points_of(asked))
+    bound = Bound(machine, points=points_among(machine, asked))
     found = MODELS[model].run(bound, asked or machine.independent)
     nodes = list(reachable(x for result in found.values() for x in result.entries))
 

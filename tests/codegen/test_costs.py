@@ -63,6 +63,7 @@ def test_operations_do_not_grow(machine: str, model: str) -> None:
     assert count.products + count.add <= OPERATIONS[machine, model], count
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.skipif(not available(), reason="callgrind counts instructions: install valgrind")
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize(("machine", "model"), INSTRUCTIONS["gcc", 12])

@@ -15,10 +15,10 @@ from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.traced import Traced, trace_models
-from symoro_elastic.numerics.implementations import c_code, import_package, numpy_code
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.packaging import Traced, trace_models
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.verification.implementations import c_code, import_package, numpy_code
 from symoro_elastic.numerics.verification.states import moderate_states
 from symoro_elastic.symbolic.operations import SYMBOL
 from tests.closed_chains.machines import FILES, machine
@@ -41,7 +41,7 @@ def programs(name: str) -> Traced:
     return trace_models(whole, Scene(models=(*MODELS, "assemble") if assembled else MODELS))
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("name", COUPLED)
 def test_c_compiles_without_warnings_and_agrees_with_numpy(name: str, tmp_path: Path) -> None:
     made = programs(name)
@@ -77,6 +77,7 @@ def test_no_quantity_has_the_name_of_an_argument(name: str) -> None:
         assert symbols.isdisjoint(named) and len({*named}) == len(named)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["delta", "four_bar", "gantry_rigid", "ball_screw"])
 def test_entries_have_names(name: str, tmp_path: Path) -> None:
     whole = machine(name)

@@ -23,8 +23,8 @@ from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.closed_chains.machines import machine as of_loops
 from tests.codegen.test_local_names import PARAMETERS, VARIABLES, arm
 from tests.codegen.test_time_steps import machine as of_steps
@@ -158,6 +158,7 @@ def differing(name: str, precision: Precision, folder: Path) -> list[str]:
 NEEDS_C = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 
 
+@pytest.mark.sampled(12)
 @NEEDS_C
 @pytest.mark.parametrize("name", CASES)
 def test_in_double_precision_it_has_the_bits_of_c(name: str, tmp_path: Path) -> None:

@@ -67,6 +67,7 @@ def inputs(of: Generated, function: Function) -> list[Array]:
     return found
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", CASES)
 def test_models_have_the_bits_of_c(name: str) -> None:
     of, compared = generated(name), 0
@@ -84,6 +85,7 @@ def test_models_have_the_bits_of_c(name: str) -> None:
     assert compared >= 3
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", CASES)
 def test_two_launches_have_the_bits_of_one(name: str) -> None:
     """What depends on parameters only, once for all blocks; it is used: other numbers in its place give others."""
@@ -124,7 +126,7 @@ def advanced(of: Generated, step: StepText, rows: list[dict[str, Array]]) -> lis
     return [sums.get(k, x) for k, x in enumerate(written)]
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("hold", [HOLD, 0])
 @pytest.mark.parametrize("name", CASES)
 def test_steps_have_the_bits_of_c(name: str, hold: int) -> None:
@@ -227,7 +229,7 @@ def test_a_kernel_of_the_user_calls_two_machines(tmp_path: Path, monkeypatch: An
     assert one.all()
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.skipif(nvrtc.library() is None, reason=nvrtc.MISSING)
 @pytest.mark.parametrize("architecture", [70, 80, 90, 100])
 def test_nvrtc_compiles_two_machines_in_one_file(architecture: int) -> None:

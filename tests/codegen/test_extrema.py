@@ -24,8 +24,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.joint_friction import JointFriction
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.tree.joint_laws import JointFriction
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
@@ -113,6 +113,7 @@ RUNS |= {backend: on(backend) for backend in ("casadi", "jax")}
 RUNS |= {precision: in_c(precision) for precision in ("double", "mixed", "double-double")}
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("run", RUNS.values(), ids=list(RUNS))
 def test_limits_are_exact_and_keep_nan(run: Callable[[Path], Array], tmp_path: Path) -> None:
     found = run(tmp_path)

@@ -248,7 +248,7 @@ def test_users_words_stay_words() -> None:
             Scene(models=("inverse_dynamics",)),
             r"ZZ1 has no value, nor have \d+ others, and a component holds ",
         ),
-        ("sr400.par", Scene(models=KINEMATIC), "do not move the last frame, have no place in kinematics: lock them"),
+        ("sr400.par", Scene(models=KINEMATIC), "do not move pin_end, have no place in kinematics: lock them"),
     ],
 )
 def test_what_no_component_can_do_is_refused(machine: str, scene: Scene, message: str) -> None:
@@ -269,6 +269,7 @@ def test_long_names_are_refused() -> None:
         render_linuxcnc(replace(torques_of("two_axis"), name="a" * 25))
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("bench", BENCHES)
 @pytest.mark.parametrize("states", [True, False])
 def test_controllers_have_the_bits_of_c(states: bool, bench: Bench, tmp_path: Path) -> None:

@@ -18,8 +18,8 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, why_reserved
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.programs.catalogue import MODELS
 from tests.generated_code import imported
 
 VARIABLES = ("c", "p", "b", "T", "angle")
@@ -87,7 +87,7 @@ def test_code_with_these_names_is_right(hostile: Machine) -> None:
     assert verify(hostile, Scene(models=SOME)).ok
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_c_with_these_names_compiles_without_a_warning(hostile: Machine, precision: str, tmp_path: Path) -> None:

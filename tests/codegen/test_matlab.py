@@ -16,7 +16,7 @@ import pytest
 
 from symoro_elastic.analysis.vibration.export import save_linearization
 from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.integration.tableaus import METHODS, nodes_of
 from symoro_elastic.codegen.matlab_function import CONSTANTS, KEYWORDS, OWN, matlab_name
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.matlab import render_matlab
@@ -25,8 +25,8 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from symoro_elastic.numerics.verification.states import moderate_states
 from tests.analysis.vibration.machines import drive, linearized
 from tests.closed_chains.machines import without_closed_form
@@ -246,7 +246,7 @@ def test_functions_and_mex_have_the_numbers_of_numpy(session: Session, name: str
         assert all(not x.size or np.isfinite(x).any() for x in answer.results), call.function
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("name", [name for name, (_, scene) in CASES.items() if scene.steps])
 def test_time_steps_of_mex_lead_where_those_of_numpy_lead(session: Session, name: str) -> None:
     """To rounding: sums of stages are formed in another order."""
@@ -259,6 +259,7 @@ def test_time_steps_of_mex_lead_where_those_of_numpy_lead(session: Session, name
             np.testing.assert_allclose(x, y, rtol=0, atol=1e-14 * np.abs(y).max(), err_msg=call.function)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("message", WRONG)
 def test_wrong_arguments_are_named_with_their_size(session: Session, message: str) -> None:
     by_m, by_mex = (session.answers[head + message].error for head in DIRECT)

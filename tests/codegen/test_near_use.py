@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.c import function as c_function
-from symoro_elastic.codegen.c.near_use import near_use
+from symoro_elastic.codegen.c.function import near_use
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
@@ -66,6 +66,7 @@ def test_loads_stand_before_the_first_use_and_stores_after_the_definition(in_par
     assert loads > 20 and stores > 20
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("precision", (DOUBLE, SINGLE, MIXED), ids=lambda one: one.name)
 def test_batches_in_parts_have_the_bits_of_calls(precision: Precision, in_parts: None, tmp_path: Path) -> None:
     package = programs(chain(3), Scene(models=(MODEL,))).package
@@ -75,6 +76,7 @@ def test_batches_in_parts_have_the_bits_of_calls(precision: Precision, in_parts:
     assert np.array_equal(code.call_batch(MODEL, **state)["qdd"], code.call(MODEL, **state)["qdd"])
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("precision", (DOUBLE, SINGLE, MIXED), ids=lambda one: one.name)
 def test_angles_of_any_size_have_the_bits_of_calls(precision: Precision, tmp_path: Path) -> None:
     """The sum of squares is large where no angle is, too: the bits do not depend on what lies beside a state."""

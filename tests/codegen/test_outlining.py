@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.c import function as c_function
-from symoro_elastic.codegen.c import results as c_results
+from symoro_elastic.codegen.c import rows
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
@@ -57,13 +57,14 @@ def outlined(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("case", CASES)
 def test_functions_give_the_bits_of_straight_lines(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     build, n, fold, precision, models = CASES[case]
     package = programs(build(n), Scene(models=models, fold=fold)).package
     straight = loaded(package, precision, tmp_path / "straight")
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
-    monkeypatch.setattr(c_results, "FEWEST", 64)
+    monkeypatch.setattr(rows, "FEWEST_RESULTS", 64)
     in_functions = loaded(package, precision, tmp_path / "functions")
     files = render_c(package, precision)
     assert calls(files) > 5
@@ -77,6 +78,7 @@ def test_functions_give_the_bits_of_straight_lines(case: str, tmp_path: Path, mo
             assert np.array_equal(values, found[name])
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("case", CASES)
 def test_batches_in_functions_give_the_bits_of_straight_lines(
     case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -85,7 +87,7 @@ def test_batches_in_functions_give_the_bits_of_straight_lines(
     package = programs(build(n), Scene(models=models, fold=fold)).package
     straight = loaded(package, precision, tmp_path / "straight")
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
-    monkeypatch.setattr(c_results, "FEWEST", 64)
+    monkeypatch.setattr(rows, "FEWEST_RESULTS", 64)
     files = render_c_batch(package, precision)
     assert calls(files, "_batch.c") > 5
     batch = loaded(package, precision, tmp_path / "functions", files)
@@ -98,6 +100,7 @@ def test_batches_in_functions_give_the_bits_of_straight_lines(
             assert np.array_equal(values, found[name])
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not test_cpp.COMPILERS or not shutil.which("gcc"), reason="needs compilers of C and C++")
 def test_templates_in_functions_have_the_bits_of_c(outlined: None, tmp_path: Path) -> None:
     assert len(re.findall(r"Called\s+(?:\*\s+)?\d+", render_cpp(test_cpp.package("long"))["chain22.hpp"])) >= 2
@@ -117,7 +120,6 @@ def calls(files: dict[str, str], end: str = ".c") -> int:
     return sum(int(times) for times in re.findall(r"Called\s+(?:\*\s+)?(\d+)", text))
 
 
-@pytest.mark.thorough
 def test_a_long_chain_has_hardly_more_statements() -> None:
     """Beyond about 60 joints there are more calls, not more statements."""
     few, many = (statements(render_c(package_of(n))) for n in (72, 144))

@@ -19,8 +19,8 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.generated_code import ALL_MODELS, Array
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -71,6 +71,7 @@ def test_the_header_says_when_p_is_not_used() -> None:
     assert said not in render_c_batch(planar(is_constant=False))["planar_2r.h"]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("precision", PRECISION)
 def test_functions_run_without_parameters(precision: Precision, tmp_path: Path) -> None:
     """With p = NULL and with an array without entries, one state and many, they give the numbers of numpy."""

@@ -20,7 +20,7 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.numerics.guarantees.fixed_point import with_scales
 from symoro_elastic.quantities.time_steps import OF_TIME_STEPS, TimeStep
 from tests.generated_code import ALL_MODELS, COMPILERS
@@ -92,6 +92,7 @@ def compiled(texts: dict[str, str], folder: Path, *command: str) -> None:
 # Text
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)
 def test_lines_are_short(name: str, precision: Precision) -> None:
@@ -189,6 +190,7 @@ int main(void)
 # Compilers
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)

@@ -13,7 +13,7 @@ from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.generation.pipeline import programs, render
 from symoro_elastic.machine.scene import ALL, INERTIA, RECURSION, Scene
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.program import Input, Names, Output, build
@@ -34,6 +34,7 @@ def test_a_sum_in_a_sum_has_no_parentheses() -> None:
     assert in_printed_order(printed)[0] is printed
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("form", [RECURSION, INERTIA])
 @pytest.mark.parametrize("name", ["planar_2r.toml", "ball_screw.toml", "two_axis.toml", "gantry.toml", "lathe.toml"])
 def test_code_has_the_bits_of_the_printed_order(

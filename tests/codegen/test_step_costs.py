@@ -13,7 +13,7 @@ STACK = {"w3": 4000, "rk4": 2500}
 """Bytes that a step of twelve joints may take: its stages, its factors, and the deepest model."""
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.skipif(not can_measure_stack(), reason="gcc says what each function takes of the stack: install it")
 @pytest.mark.parametrize("method", STACK)
 def test_stack_of_a_step_is_bounded_and_small(method: str) -> None:

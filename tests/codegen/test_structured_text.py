@@ -17,8 +17,15 @@ import pytest
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.st.function import LONGEST_BLOCK
-from symoro_elastic.codegen.st.lines import MOST_OPERATORS, WIDTH, in_comment, statement
-from symoro_elastic.codegen.st.names import LONGEST_NAME, RESERVED, StNames
+from symoro_elastic.codegen.st.lines import (
+    LONGEST_NAME,
+    MOST_OPERATORS,
+    RESERVED,
+    WIDTH,
+    StNames,
+    in_comment,
+    statement,
+)
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.st import render_st
 from symoro_elastic.formats import read_machine
@@ -29,7 +36,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.drives import ONE, Drive, Drives
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.closed_chains.machines import without_closed_form
 from tests.codegen.test_local_names import arm
 from tests.generated_code import compiled
@@ -110,6 +117,7 @@ each = pytest.mark.parametrize("case", CASES)
 # Rules of the text
 
 
+@pytest.mark.sampled(2)
 @each
 def test_names_are_free_and_differ_in_more_than_case(case: str) -> None:
     file = parsed(text(case))
@@ -138,6 +146,7 @@ def test_what_is_renamed_is_said_beside_it() -> None:
     ]
 
 
+@pytest.mark.sampled(2)
 @each
 def test_literals_of_reals_have_a_point(case: str) -> None:
     inside = re.sub(r"\[[^\]]*\]|FOR \w+ := \d TO \d+ DO|  k := 0;", " ", without_comments(text(case)))
@@ -234,6 +243,7 @@ def test_parameters_without_a_value_are_inputs_that_cannot_be_forgotten_in_silen
     assert np.abs(found["tau"]).max() > 1e28
 
 
+@pytest.mark.thorough
 def test_what_is_not_written_is_refused_in_one_line() -> None:
     machine = example("planar_2r.toml")
     with pytest.raises(InputError, match=r"^planar_2r.toml: --target st, steps: rodas4 is not written .*: .*w2.* are$"):
@@ -328,6 +338,7 @@ def equal_to_c(made: str, run: Runs, c: InC, count: int) -> dict[str, float]:
     return off
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     "case",
     [
@@ -446,7 +457,7 @@ TEN = (
 STATES = 10_000
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("name", TEN)
 @pytest.mark.parametrize(
     "compiler", [pytest.param("strucpp", marks=needs_strucpp), pytest.param("matiec", marks=needs_matiec)]

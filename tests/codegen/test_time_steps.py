@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from symoro_elastic.codegen.c.steps import CSteps, StepText
 from symoro_elastic.codegen.compile import compile_library
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
@@ -35,8 +35,8 @@ from symoro_elastic.machine.machine import Floating, Friction, Joint, Kind, Know
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from symoro_elastic.quantities.time_steps import TimeStep
 from tests.benchmarks.instructions import available, counted
 from tests.closed_chains.machines import machine as of_loops
@@ -228,7 +228,7 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     return found
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(12)
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", CASES)
 def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
@@ -250,6 +250,7 @@ def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
                 np.testing.assert_array_equal(ours, other, err_msg=step.name)
 
 
+@pytest.mark.thorough
 def test_loads_of_each_state_settle_apart() -> None:
     """Torques that are no numbers are those of one state: loads of the others settle as they do without it."""
     of = generated("loaded")
@@ -280,6 +281,7 @@ def test_drives_with_bristles_and_loads(tmp_path: Path) -> None:
     np.testing.assert_allclose((bent - z)[0] / h, zd[0], rtol=1e-3)
 
 
+@pytest.mark.thorough
 def test_the_same_in_two_calls() -> None:
     """`prepare`, then `_prepared`: what depends on parameters only is computed once."""
     of = generated("random")
@@ -294,6 +296,7 @@ def test_the_same_in_two_calls() -> None:
     assert n == len(q)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("precision", [p for p in PRECISIONS.values() if p is not DOUBLE], ids=lambda p: p.name)
 def test_other_precisions(precision: Precision, tmp_path: Path) -> None:
     """A step of w3 in single, mixed and double-double is that in double, to the digits that its state has."""
@@ -362,6 +365,7 @@ int main(int count, char **words)
     assert len(counts) == 1
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("taken", ["g", "kp", "r_q", "factors", "handed", "torque", "z_v"])
 def test_names_of_users_give_way_to_those_of_steps(taken: str, tmp_path: Path) -> None:
     """A length that is called as an argument of implicit systems: the same numbers."""
@@ -394,6 +398,7 @@ def refused(described: Machine, *names: str) -> str:
     return str(caught.value)
 
 
+@pytest.mark.thorough
 def test_motors_on_dependent_joints_have_no_rodas4() -> None:
     assert "rodas4 is not offered where the motor is on a joint that follows by loops" in refused(
         creeping(of_loops("delta")), "rodas4"

@@ -13,7 +13,7 @@ from unittest import mock
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.precision import PRECISIONS, SINGLE
 from symoro_elastic.codegen.targets import TARGETS, render_targets
 from symoro_elastic.codegen.templates import environment

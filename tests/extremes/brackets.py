@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.models.packaging import package
-from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
-from symoro_elastic.numerics.values import ParameterValues, parameter_values
+from symoro_elastic.models.programs.catalogue import TracedModel, trace
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import ParameterValues, parameter_values
 from symoro_elastic.numerics.verification.self_check import RoundingModes, Spread
 from symoro_elastic.numerics.verification.states import States
 from tests.extremes.corpus import DIRECT, INVERSE

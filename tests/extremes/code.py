@@ -13,11 +13,11 @@ from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.packaging import package
-from symoro_elastic.numerics.implementations import ResultArrays, c_code
-from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.numerics.verification.accuracy import Errors, measure, round_states, rounded_values
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.verification.accuracy import Errors, Reference, measure, round_states, rounded_values
+from symoro_elastic.numerics.verification.implementations import ResultArrays, c_code
 from symoro_elastic.numerics.verification.states import States
 from tests.extremes.corpus import DIRECT, INVERSE
 
@@ -46,7 +46,7 @@ class Code:
     def errors(self, model: str, states: States) -> Errors:
         """At these states, rounded to the precision."""
         held = round_states(states, self.precision)
-        return measure(self.traced[model], self.results(model, held), held, self.values, self.precision)
+        return measure(Reference(self.traced[model], held, self.values), self.results(model, held), self.precision)
 
 
 @contextmanager

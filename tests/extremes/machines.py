@@ -12,7 +12,7 @@ import numpy as np
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.models.base_parameters import base_grouping
+from symoro_elastic.models.parameters.base_parameters import base_grouping
 from tests.compiled_models import cell, vector
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -13,8 +13,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Wrench
-from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.programs.catalogue import MODELS
 from tests.machine.samples import COUPLED
 
 RING = COUPLED.index("[loops.ring]"), COUPLED.index("[parameters]")
@@ -70,7 +70,7 @@ BAD = [
     ),
     (
         *('theta = "qm/N1 + q4"', 'theta = "qm/N1 + q4", variable = "q9"', "joint 5 (crank), variable"),
-        "'q9' does not stand in theta = 'qm/N1 + q4'",
+        "'q9' does not occur in theta = 'qm/N1 + q4'",
     ),
     (
         *('theta = "N1*q1"', 'theta = "N1*q1", variable = "q1"', "joint 2 (rotor), variable"),
@@ -342,7 +342,7 @@ def test_loops_end_in_frames_of_their_own() -> None:
         "loop ring, meets: pin_2_end belongs to loop other: each loop has a cut joint and a fixed frame of its own"
     )
     assert message(replace(machine, loops=(first, replace(second, cut=13)))) == (
-        "loop ring, cut: there is no row 13: the table has 12"
+        "loop ring, cut: row 13 is missing: the table has 12"
     )
     assert message(replace(machine, loops=(first, replace(second, name="other")))) == (
         "loop 'other': this name cannot be used: two loops have it"
@@ -403,7 +403,7 @@ def test_machines_built_in_python_are_checked_too() -> None:
         return replace(machine, joints=(*machine.joints[: j - 1], joint, *machine.joints[j:]))
 
     assert message(changed(1, replace(machine.joint(1), theta=Formula.parse("2*q1")))) == (
-        "joint 1 (waist), theta: 'q1' stands in the cell twice: a joint is its variable plus those of others"
+        "joint 1 (waist), theta: 'q1' is in the cell twice: a joint is its variable plus other variables"
     )
     assert message(changed(2, replace(machine.joint(2), variable="q7"))) == (
         "joint 2 (rotor), joint variable: a coupled joint has no variable of its own: remove 'q7'"
@@ -456,7 +456,8 @@ def test_a_rotor_with_a_body_and_a_rotor_inertia_is_questioned() -> None:
 
 def test_a_rotor_that_moves_with_other_joints_than_its_torque_is_questioned() -> None:
     """On a row whose cell is a sum: the remedy, a row of its own, gives inertia to the variable of the motor alone."""
-    joints = """joints = [
+    joints = """gravity = [0, 0, 0]
+    joints = [
       { name = "a", kind = "motor", sigma = 0, theta = "q1" },
       { name = "b", antecedent = "a", kind = "motor", sigma = 0, d = 0.5, theta = "q2 - q1/2", variable = "q2" },
       { name = "rotor", antecedent = 0, kind = "coupled", sigma = 0, theta = "q2" },
@@ -495,7 +496,7 @@ def test_frames_of_cut_joints_are_not_asked_for() -> None:
 def test_motors_of_different_types_that_share_are_warned_about() -> None:
     shares = "waist = { sharing = 1 }\nside = { sharing = 2 }\narm = { rotor"
     for cell, sigma, expected in (
-        ('r = "s"', 1, ["sharing: waist turns and side slides: N m and N are weighted alike"]),
+        ('r = "s"', 1, ["sharing: waist turns and side slides: N m and N have equal weights"]),
         ('theta = "s"', 0, []),
     ):
         text = COUPLED.replace(END, side(cell, sigma=sigma)).replace("arm = { rotor", shares)

@@ -14,8 +14,8 @@ from symoro_elastic.formats.par import reading as par
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.programs.catalogue import MODELS
 from tests.formats.test_bad_toml import damaged
 from tests.machine.samples import PAR
 
@@ -69,7 +69,7 @@ BAD = [
     ("ant = {0, 1, 2}", "ant = {0, 1, 3}", "joint 3 (j3), antecedent", "closed loops"),
     ("ant = {0, 1, 2}", "ant = {0, x, 2}", "joint 2 (j2), ant", "whole number"),
     ("sigma = {0, 1, 2}", "sigma = {0, 5, 2}", "joint 2 (j2), sigma", "must be 0"),
-    ("sigma = {0, 1, 2}", "sigma = {1, 1, 2}", "joint 1 (j1), r", "'q1' stands in theta, which is for sigma = 0"),
+    ("sigma = {0, 1, 2}", "sigma = {1, 1, 2}", "joint 1 (j1), r", "'q1' is in theta, which is for sigma = 0"),
     ("theta = {q1, 0, 0}", "theta = {0, 0, 0}", "joint 1 (j1), theta", "no joint variable in '0', where sigma = 0"),
     ("theta = {q1, 0, 0}", "theta = {q1 + L1, 0, 0}", "joint 1 (j1), theta", "any of L1, q1"),
     ("theta = {q1, 0, 0}", "theta = {2*q1, 0, 0}", "joint 1 (j1), theta", "plus a constant"),
@@ -119,7 +119,7 @@ BAD = [
         "Type = 0",
         "(*toml [springs] *)\n(*toml j2 = { stiffness = 3 } *)",
         "joint 2 (j2), springs, stiffness",
-        "a list too",
+        "a list, too",
     ),
     ("Type = 0", "(*! notes = {a} *)\n(*toml notes = ['b'] *)", "notes", "move all to the first"),
 ]
@@ -137,6 +137,7 @@ NL = 3  (* bodies *)
 NJ = 3 (* joints
 on two lines *)
 NF = 3
+G = {0, 0, 0}
 Type = 0 (* Simple *)
 is_floating = 0
 is_mobile = False

@@ -18,6 +18,14 @@ pytest.importorskip("tomlkit")
 
 from symoro_elastic.formats.toml.editing import MOST_OF_A_CELL, Lines, tables_of, with_cell
 
+ON_ONE_LINE = {
+    "{ r = 0 }": "{ r = 0, new = 5 }",
+    "{r = 0}": "{r = 0, new = 5}",
+    "{ r = 0 , b = [1, 2]  }": "{ r = 0 , b = [1, 2], new = 5  }",
+    "{ r = { b = 1 } }": "{ r = { b = 1 }, new = 5 }",
+    "{}": "{new = 5}",
+}
+"""Tables, and what they are with a new entry."""
 FILES = sorted(EXAMPLES.glob("*.toml"))
 ODD = """# odd
 springs.b.stiffness = 8   # dotted
@@ -84,6 +92,7 @@ def test_truths_are_shown_as_they_are_written(truth: str) -> None:
     assert shown == truth and with_cell(text, path, shown, "file") == text
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", each(TEXTS))
 def test_every_cell_is_written_alone(name: str) -> None:
     """Compared with what tomllib reads; in the text, one line at most changes, and no comment of it."""
@@ -204,3 +213,9 @@ def test_a_message_about_a_strange_key_is_one_line() -> None:
         with pytest.raises(InputError) as refused:
             with_cell(ODD, path, "1", "f.toml")
         assert str(refused.value).isprintable() and len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize("before", ON_ONE_LINE)
+def test_a_new_entry_leaves_the_blanks_before_the_end_of_a_table(before: str) -> None:
+    text = f"[bodies]\narm = {before}  # x\nhand = {before}\n"
+    assert with_cell(text, ["bodies", "arm", "new"], "5", "file") == text.replace(before, ON_ONE_LINE[before], 1)

@@ -59,7 +59,10 @@ def needed(command: click.Command, machine: Path) -> list[object]:
     words: list[object] = [machine if one.name == "machine" else written(one.type) for one in arguments(command)]
     for one in command.params:
         if isinstance(one, click.Option) and one.required:
-            words += [one.opts[0], written(one.type) if isinstance(one.type, click.Path) else "1"]
+            words += [
+                one.opts[0],
+                written(one.type) if isinstance(one.type, click.Path) else "1,1,1" if one.metavar == "X,Y,Z" else "1",
+            ]
     return words
 
 

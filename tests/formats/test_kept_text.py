@@ -54,6 +54,7 @@ def comments(text: str) -> list[str]:
     return re.findall(r"#[^\n\"]*$", text, re.MULTILINE)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_example_keeps_its_text_but_for_what_changed(path: Path, tmp_path: Path) -> None:
     machine = se.read(path, warn=lambda _: None)
@@ -95,6 +96,7 @@ def test_what_does_not_fit_is_written_anew_and_said(tmp_path: Path) -> None:
     assert write_machine(se.read(like), tmp_path / "drive.par", like) == ""
 
 
+@pytest.mark.thorough
 def test_the_scene_of_a_ladder_keeps_its_comments(tmp_path: Path) -> None:
     scene, out = EXAMPLES / "scenes" / "planar_2r_move.toml", tmp_path / "reduced.toml"
     run("ladder", EXAMPLES / "planar_2r.toml", "--scene", scene, "--save", out)

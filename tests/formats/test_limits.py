@@ -70,6 +70,7 @@ NUMBERS = st.floats(-1e20, 1e20).filter(lambda x: x == 0 or abs(x) > 1e-20)
 RANGES = st.tuples(NUMBERS, NUMBERS).map(lambda ends: Range(*sorted(ends)))
 
 
+@pytest.mark.thorough
 @given(st.fixed_dictionaries({}, optional=dict.fromkeys(LIMITED, RANGES)))
 @settings(max_examples=100)
 def test_all_ranges_of_joints_survive(ranges: dict[str, Range]) -> None:
@@ -78,6 +79,7 @@ def test_all_ranges_of_joints_survive(ranges: dict[str, Range]) -> None:
     assert toml.read(written, "m.toml").limits == limits
 
 
+@pytest.mark.thorough
 @given(st.floats(1e-9, 1e9), st.floats(1e-3, 200), st.booleans(), st.booleans())
 @settings(max_examples=200)
 def test_all_tolerances_survive(value: float, tolerance: float, in_percent: bool, negative: bool) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.formats.par import reading as par
-from symoro_elastic.formats.par.variables import owned_names
+from symoro_elastic.formats.par.columns import owned_names
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
@@ -177,7 +177,7 @@ def test_one_line_names_what_is_wrong_with_a_loop(old: str, new: str, place: str
         ("(*! order = {j1, j2, j3, j4, j5, j6, j6} *)", "(*! order *)", "each of the 7 joints once"),
         ("(*! variable = {j9 = q3} *)", "(*! variable *)", "no joint 'j9'"),
         ("(*! variable = {j7 = q3} *)", "joint 7 (j7), variable", "a fixed frame has no variable"),
-        ("(*! variable = {j3 = q4} *)", "joint 3 (j3), variable", "'q4' does not stand in theta = 'q3'"),
+        ("(*! variable = {j3 = q4} *)", "joint 3 (j3), variable", "'q4' does not occur in theta = 'q3'"),
         ("(*! ratio = {1, 2} *)", "(*! ratio *)", "list of 7 entries"),
     ],
 )
@@ -189,7 +189,7 @@ def test_one_line_names_what_is_wrong_with_an_extension_line(line: str, place: s
 def test_a_tree_that_says_it_has_loops_is_warned_about() -> None:
     machine = par.read(PAR.replace("Type = 0", "Type = 2"), "")
     (warning,) = check(machine)
-    assert warning.startswith("Type = 2: there is no closed loop") and "NJ > NL" in warning
+    assert warning.startswith("Type = 2: the machine has no closed loop") and "NJ > NL" in warning
     assert check(par.read(PAR, "")) == []
     the_same_after_writing(machine)
 
@@ -198,7 +198,7 @@ def test_a_tree_that_says_it_has_loops_is_warned_about() -> None:
 def test_a_type_without_loops_is_questioned_where_rows_close_one(said: str, kind: str) -> None:
     machine = par.read(PAR_LOOP.replace("Type = 2", f"Type = {said}"), "arm.par")
     assert check(machine) == [
-        f"Type = {said}: that is {kind}, but NJ > NL: the machine is taken with a closed loop; write Type = 2, or "
+        f"Type = {said}: that is {kind}, but NJ > NL: the machine is read with a closed loop; write Type = 2, or "
         "leave those rows out"
     ]
     assert check(par.read(PAR_LOOP, "arm.par")) == check(par.read(PAR_LOOP.replace("Type = 2\n", ""), "arm.par")) == []
@@ -206,7 +206,7 @@ def test_a_type_without_loops_is_questioned_where_rows_close_one(said: str, kind
 
 def test_start_without_a_loop_is_refused() -> None:
     said = message(f"{PAR}(*! start = {{q1 = 0}} *)")
-    assert said == "(*! start *): there is no closed loop (NJ = NL = 3): leave it out"
+    assert said == "(*! start *): the machine has no closed loop (NJ = NL = 3): leave it out"
 
 
 def test_extension_lines_say_what_rows_cannot() -> None:
@@ -285,6 +285,7 @@ def test_rows_that_par_lists_last_come_back_where_they_were() -> None:
     assert check(unordered) == check(machine)
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", FILES)
 def test_machines_of_closed_chains_come_back_from_par(name: str) -> None:
     """From TOML to .par to TOML, in two orders of the rows."""

@@ -27,6 +27,7 @@ MACHINES = [
 ]
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("path", MACHINES, ids=lambda path: path.name)
 @pytest.mark.parametrize("format_", [toml, par], ids=["toml", "par"])
 def test_example_survives_writing(path: Path, format_, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.schema import SCHEMAS, machine_schema, scene_schema
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.programs.catalogue import MODELS
 from tests.formats.test_bad_toml import BAD
 from tests.machine.samples import COUPLED, TOML
 
@@ -25,16 +25,17 @@ BEYOND = (
     *("out of the range", "no value", "division by zero", "terms and signs", "deeper", "bits", "digits", "not finite"),
     *("holds names", "did you mean 'lift'", "closed loops", "taken by", "joint variable", "keyword", "generated code"),
     *(
-        "stands in r",
+        "is in r",
         "not declared",
         "both new",
         "plus a constant",
         "variable of joint",
         "needs a stiffness",
         "only an elastic",
+        "the motor has no spring",
     ),
-    *("intermediate", "out of range"),
-    *("must be below", "give both", "beside bristle", "no coulomb", "keep one"),
+    *("intermediate", "out of range", "would hide", "a device", "5002 characters", "5000 characters"),
+    *("must be below", "give both", "with bristle", "no coulomb", "keep one"),
 )
 
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import re
+from pathlib import Path
 
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.keys import OF_JOINTS, SECTIONS
-from symoro_elastic.formats.toml.starting import STARTS, starting_text
+from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.programs.catalogue import MODELS, trace
 
 
 @pytest.mark.parametrize("kind", STARTS)
 def test_a_start_is_a_sound_machine(kind: str) -> None:
-    machine = toml.read(starting_text("machine", kind), "machine.toml")
+    machine = toml.read(starting_text("machine", kind, full=True), "machine.toml")
     assert check(machine, reserved_words(), MODELS) == []
     assert machine.name == "machine"
     for model in ("direct_dynamics", "inverse_dynamics"):
@@ -25,10 +29,10 @@ def test_a_start_is_a_sound_machine(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", STARTS)
 def test_all_tables_and_keys_are_shown(kind: str) -> None:
-    text = starting_text("machine", kind)
+    text = starting_text("machine", kind, full=True)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
     asked = ["scene", "motion", "wanted", "extras"]
-    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "limits", "drives", *asked]
+    assert headings == ["loops", "frames", "parameters", *OF_JOINTS, "base", "limits", "drives", *asked]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120
@@ -37,11 +41,18 @@ def test_all_tables_and_keys_are_shown(kind: str) -> None:
 @pytest.mark.parametrize("kind", STARTS)
 def test_options_are_toml_without_their_sign(kind: str) -> None:
     """Each commented table, made active alone, is read."""
-    text = starting_text("machine", kind)
+    text = starting_text("machine", kind, full=True)
     machine = toml.read(text, "")
     joint, motor = machine.joints[0].name, machine.motor_joints[0].name
+    massive = next(one.name for one in machine.joints if not one.body.mass.is_zero)
     springs = [f'"{machine.joint(j).name}"' for j in machine.elastic]
-    names = {"joint_name": joint, '"pin"': f'"{joint}"', '"pin_end"': f'"{joint}"', '"q3"': f'"{joint}"'}
+    names = {
+        "elbow.mass": f"{massive}.mass",
+        "joint_name": joint,
+        '"pin"': f'"{joint}"',
+        '"pin_end"': f'"{joint}"',
+        '"q3"': f'"{joint}"',
+    }
     names |= {"elbow": joint, "motor_x": motor, "motor_name": motor, '["wrist"]': f"[{', '.join(springs)}]"}
     blocks = text.split("\n\n")
     options = [k for k, block in enumerate(blocks) if re.search(r"^# \[\w+\]", block, re.MULTILINE)]
@@ -51,6 +62,41 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
         for name, own in {**names, "L2": machine.parameters[0].name}.items():
             active = active.replace(name, own)
         assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != machine
+
+
+@pytest.mark.parametrize(("axes", "screws"), [("X Y Z", "20mm"), ("zx", ""), ("Y", "1/3"), ("y, z", "0.01")])
+def test_slides_from_the_frame_to_the_tool_are_in_order(axes: str, screws: str) -> None:
+    machine = toml.read(starting_text("machine", start_of_axes(axes, screws)), "machine.toml")
+    check(machine, reserved_words(), MODELS)
+    letters = axes.lower().replace(" ", "").replace(",", "")
+    assert [one.name for one in machine.motor_joints] == [f"{x}_axis" for x in letters]
+    assert [machine.joint(j).name for j in machine.elastic] == [f"{x}_screw" for x in letters if screws]
+    if screws:
+        pitch = {"20mm": 0.02, "1/3": 1 / 3, "0.01": 0.01}[screws]
+        assert machine.joints[0].ratio.value() == pytest.approx(2 * math.pi / pitch, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("axes", "screws", "what"),
+    [
+        *(
+            ("X W", "", "--axes: 'X W' is not a list"),
+            ("", "", "--axes: '' is not a list"),
+            ("X X", "", "is not a list of axes"),
+        ),
+        *(("X", "20", "--screws: '20' is 20 m"), ("X", "-2 mm", "is -0.002 m"), ("X", "2 kg", "where m is needed")),
+        *(("X", "p", "--screws: 'p'"), ("X", "__import__('os')", "not arithmetic"), ("X", "nan", "not finite")),
+    ],
+)
+def test_slides_that_are_none_are_refused(axes: str, screws: str, what: str) -> None:
+    with pytest.raises(InputError, match=re.escape(what)):
+        start_of_axes(axes, screws)
+
+
+def test_the_page_shows_the_rows_that_new_writes() -> None:
+    text = starting_text("mill", start_of_axes("Y X Z", "20mm"))
+    rows = text[text.index("joints = [") : text.index("\n]") + 2]
+    assert rows in (Path(__file__).parents[2] / "docs" / "index.md").read_text()
 
 
 def test_the_cartesian_machine_has_the_axes_of_frame_0() -> None:
@@ -69,3 +115,11 @@ def test_the_cartesian_machine_has_the_axes_of_frame_0() -> None:
         placed = placed @ rotation(joint)
         axes.append(placed[:, 2])
     assert np.allclose(axes[:3], np.eye(3)) and np.allclose(placed, np.eye(3))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in STARTS if "drives" in STARTS[kind].tables])
+def test_drives_of_a_start_are_tuned_as_written(kind: str) -> None:
+    machine = toml.read(starting_text("machine", kind), "machine.toml")
+    drives = se.control(machine, damping=0.01).as_json()["drives"]
+    assert [drive["motor"] for drive in drives] == [joint.name for joint in machine.motor_joints]
+    assert all(drive["Kp"] > 0 and drive["Kv"] > 0 for drive in drives)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import pytest
 
 import symoro_elastic as se
 from symoro_elastic.formats import read_machine
-from symoro_elastic.formats.toml.with_units import NUMBER_AND_UNIT, in_si
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.quantities.scaled_units import PREFIXES, WORDS, scaled
+from symoro_elastic.quantities.unit_reader import WORDS, in_si, in_two
 from tests.command_line import EXAMPLES, run
 
 MACHINE = """
@@ -103,7 +101,7 @@ def test_tables_of_python_take_units_too() -> None:
         ('"250 ms"', '"2 Hz"', "motion, duration: '2 Hz' is in Hz, where s is needed"),
         ('"1.5 t", unit = "kg"', '"1.5 t", unit = "m"', "parameters, M: '1.5 t' is in kg, where m is needed"),
         ("ratio = 100", 'ratio = "100 m"', "joint 1 (a), ratio: '100 m' is in m, where rad/rad is needed"),
-        ('"120 kg"', '"120 kgs"', "joint 1 (a), mass: '120 kgs': 'kgs' is not expected here"),
+        ('"120 kg"', '"120 kgs"', "joint 1 (a), mass: 'kgs' is not a known unit; did you mean 'kg'?"),
     ],
 )
 def test_another_dimension_is_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
@@ -113,6 +111,7 @@ def test_another_dimension_is_refused(old: str, new: str, said: str, tmp_path: P
     assert said in str(error.value)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("word", WORDS)
 def test_no_formula_is_a_number_and_a_unit(word: str) -> None:
     """So no file that was read before means something else now."""
@@ -121,33 +120,15 @@ def test_no_formula_is_a_number_and_a_unit(word: str) -> None:
             Formula.parse(text)
 
 
-def test_units_are_those_of_the_tables() -> None:
-    """Factors from the SI brochure and the definitions of inch and revolution, by hand."""
-    for unit, factor, si in (
-        ("nm", 1e-9, "m"), ("um", 1e-6, "m"), ("µm", 1e-6, "m"), ("km", 1e3, "m"), ("g", 1e-3, "kg"), ("Mg", 1e3, "kg"),
-        ("mN", 1e-3, "N"), ("GPa", 1e9, "Pa"), ("kJ", 1e3, "J"), ("kHz", 1e3, "Hz"), ("us", 1e-6, "s"),
-        ("min", 60, "s"), ("h", 3600, "s"), ("inch", 0.0254, "m"), ("mrad", 1e-3, "rad"),
-        ("Nmm", 1e-3, "N m"), ("N/mm", 1e3, "N/m"),
-        ("kg/(m s)", 1, "kg/(m s)"), ("mm2", 1e-6, "m2"),
-    ):  # fmt: skip
-        found = scaled(unit)
-        assert found is not None and (float(found.factor), found.pi, found.text) == (factor, 0, si), unit
-    for unit, factor in (("deg", math.pi / 180), ("rev", 2 * math.pi), ("rpm", 2 * math.pi / 60)):
-        found = scaled(unit)
-        assert found is not None and float(found.factor) * math.pi**found.pi == pytest.approx(factor, rel=1e-15)
-    assert scaled("kgs") is None and scaled("q1") is None and scaled("pi") is None
-    assert len(WORDS) > 8 * len(PREFIXES) and not WORDS.keys() & {"pi", "Pi", "sin", "cos", "tan", "sqrt", "e"}
-
-
 @pytest.mark.parametrize(
     ("text", "si"),
     [
         ("0 deg", "0"), ("180 deg", "pi"), ("-90 deg", "-pi/2"), ("1 rev", "2*pi"), ("22.5 deg", "pi/8"),
-        ("0.1 mm", "0.0001"), ("1/3", "1/3"), ("2*L", "2*L"), ("1e-3", "1e-3"), ("5 1/deg", "5 1/deg"),
+        ("0.1 mm", "0.0001"), ("1/3", "1/3"), ("2*L", "2*L"), ("1e-3", "1e-3"), ("31/s", "31/s"), ("2.5e3", "2.5e3"),
     ],
 )  # fmt: skip
 def test_numbers_stay_exact(text: str, si: str) -> None:
-    assert in_si(text, "rad or m", "f", "p") == si
+    assert in_si(text, "rad or m") == si
 
 
 def test_examples_hold_no_text_that_is_converted() -> None:
@@ -157,14 +138,14 @@ def test_examples_hold_no_text_that_is_converted() -> None:
                 Formula.parse(word)
             except FormulaError:
                 continue
-            assert in_si(word, "m", "f", "p") == word
+            assert in_si(word, "m") == word
 
 
 def test_a_value_and_its_unit_may_be_a_table(tmp_path: Path) -> None:
     """Wherever "120 kg" may stand, in lists, in [wanted], and in [parameters], where the unit is kept."""
     tables = MACHINE
     for text in IN_SI:
-        number, unit = in_two(text)
+        number, unit = parts_of(text)
         tables = tables.replace(text, f'{{ value = {number}, unit = "{unit}" }}')
     tables = tables.replace('{ value = { value = 1.5, unit = "t" }, unit = "kg" }', '{ value = 1.5, unit = "t" }')
     assert not any(text in tables for text in IN_SI)
@@ -173,17 +154,17 @@ def test_a_value_and_its_unit_may_be_a_table(tmp_path: Path) -> None:
     assert [parameter.unit for parameter in found.parameters] == ["m", "kg", "N/m"]
 
 
-def in_two(text: str) -> tuple[str, str]:
-    found = NUMBER_AND_UNIT.fullmatch(text.strip('"'))
+def parts_of(text: str) -> tuple[str, str]:
+    found = in_two(text.strip('"'))
     assert found
-    return found[1], found[2]
+    return found
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('"120 kg"', '{ value = 120, unit = "m" }', "joint 1 (a), mass: '120 m' is in m, where kg is needed"),
-        ('"120 kg"', '{ value = 120, unit = "kgs" }', "(a), mass, unit: 'kgs' is not a product of known units"),
+        ('"120 kg"', '{ value = 120, unit = "m" }', "joint 1 (a), mass, unit: '120 m' is in m, where kg is needed"),
+        ('"120 kg"', '{ value = 120, unit = "kgs" }', "(a), mass, unit: 'kgs' is not a known unit; did you mean 'kg'?"),
         ('"120 kg"', '{ value = "M", unit = "kg" }', "(a), mass, value: must be a number: write { value = 350, unit"),
         ('"120 kg"', "{ value = 120 }", "joint 1 (a), mass, unit: is missing"),
         ('"120 kg"', '{ value = nan, unit = "kg" }', "joint 1 (a), mass, value: must be a number"),

@@ -98,7 +98,7 @@ def test_a_field_is_in_tables_json_arrays_and_frames() -> None:
     assert data["peaks"][1]["frequency"] is None and json.loads(json.dumps(data)) == data
     arrays = spectrum().arrays()
     assert [*arrays] == ["f", "signals"] and arrays["signals"] == ["force", "<torque>"]
-    frame = spectrum().frame()
+    frame = spectrum().to_frame()
     assert [*frame] == ["peak", "frequency"] and frame["frequency"][0] == 1.23456
 
 
@@ -153,3 +153,10 @@ def test_commands_print_the_same_registration(capsys: pytest.CaptureFixture[str]
     assert "peaks" in shown and "frequency, Hz" in shown and "two of them" in shown
     print_result(spectrum(), as_json=True, written="x")
     assert json.loads(capsys.readouterr().out) == {**spectrum().as_json(), "written": "x"}
+
+
+def test_a_summary_has_the_sentences_and_a_table_the_numbers() -> None:
+    assert spectrum().summary() and "\n\n" not in spectrum().summary()
+    assert isinstance(spectrum().table(), Table)
+    with pytest.warns(DeprecationWarning, match="frame is now to_frame"):
+        assert spectrum().frame().equals(spectrum().to_frame())

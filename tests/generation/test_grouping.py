@@ -20,9 +20,9 @@ from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics import base_parameters as rules
 from symoro_elastic.mechanics.base_parameters import GroupingRule
-from symoro_elastic.models.base_parameters import ZeroPosition
-from symoro_elastic.numerics.grouping import NOTE, base_formulas, base_machine, checked_grouping
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.parameters.base_parameters import ZeroPosition
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.linear.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from tests.command_line import run
 from tests.references.multiprecision import generalized_forces
 from tests.references.random_machines import chain, random_machine, random_state, two_children
@@ -71,6 +71,7 @@ MACHINES = [
 ]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.name)
 def test_torques_stay_where_a_rule_is_wrong(machine: Machine, forged: str) -> None:
     """Against an independent model of both machines, at 50 digits: only coefficients in double precision differ."""
@@ -99,6 +100,7 @@ def test_the_geometry_is_constant_and_the_bodies_are_not(forged: str) -> None:
     assert "XXR4" in {p.name for p in regrouped.parameters if p.value is None}
 
 
+@pytest.mark.thorough
 def test_grouping_again_changes_no_cell(forged: str, tmp_path: Path) -> None:
     once, _ = base_machine(two_children(symbolic=True))
     path = tmp_path / "once.toml"
@@ -107,6 +109,7 @@ def test_grouping_again_changes_no_cell(forged: str, tmp_path: Path) -> None:
     assert (again.joints, again.origin.notes) == (once.joints, once.origin.notes)
 
 
+@pytest.mark.thorough
 def test_scenes_follow_the_constants(forged: str) -> None:
     """Constants of the geometry leave `fold`, and stand in the values and points that named them."""
     machine = chain(3, symbolic=True)
@@ -156,6 +159,7 @@ def test_where_numbers_see_less_than_the_rules_torques_decide() -> None:
     assert [j.body for j in fewer.joints] != [j.body for j in kept.joints]
 
 
+@pytest.mark.thorough
 def test_commands_follow(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """show, convert, generate and check: the warning on stderr, and code that is right."""
     monkeypatch.setattr(rules, "_rules_revolute", too_little)
@@ -174,6 +178,7 @@ def test_commands_follow(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
     assert checked.exit_code == 0 and "the QR grouping is used" in checked.stderr
 
 
+@pytest.mark.thorough
 def test_sums_that_are_too_long_are_refused_in_one_line(tmp_path: Path) -> None:
     """The square of a long sum, times another."""
     names = [f"x{k}" for k in range(30)]

@@ -10,9 +10,9 @@ import pytest
 
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.generation.pipeline import MOST_WARNINGS, generate, prepare, programs, render, verify
+from symoro_elastic.generation.pipeline import MOST_WARNINGS, CodeOptions, generate, prepare, programs, render, verify
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.golden import ROOT
 
 TWO_R = ROOT / "examples" / "planar_2r.toml"
@@ -30,6 +30,7 @@ def test_the_figure_shows_the_stages() -> None:
     assert f"![{', '.join(STAGES)}](examples/journey.svg)" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_verified_code_goes_through_all_stages_in_order() -> None:
     announced: list[str] = []
     machine = prepare(TWO_R, warned, base=True, announce=announced.append)
@@ -40,18 +41,18 @@ def test_verified_code_goes_through_all_stages_in_order() -> None:
 def test_files_of_code_are_written_after_render(tmp_path: Path) -> None:
     announced: list[str] = []
     machine = prepare(TWO_R, warned, announce=announced.append)
-    generate(machine, Scene(), ("numpy",), tmp_path, announced.append)
+    generate(machine, Scene(), ("numpy",), tmp_path, CodeOptions(announce=announced.append))
     assert announced == ["read", "check", *STAGES[3:7], "write"]
 
 
 def test_warnings_come_before_an_error_of_the_grouping(tmp_path: Path) -> None:
     """One line each, also those of the grouping."""
     doubtful = tmp_path / "arm.toml"
-    text = TWO_R.read_text(encoding="utf-8").replace('inertia = [0, "I1", "I1"]', "inertia = [0, 5, 1]")
-    doubtful.write_text(text, encoding="utf-8")
+    lines_of_file = TWO_R.read_text(encoding="utf-8").splitlines(keepends=True)
+    doubtful.write_text("".join(x for x in lines_of_file if not x.startswith("gravity")), encoding="utf-8")
     lines: list[str] = []
     prepare(doubtful, lines.append, base=True)
-    assert len(lines) == 1 and "triangle inequality" in lines[0]
+    assert len(lines) == 1 and "no gravity is given" in lines[0]
 
 
 def test_stages_give_what_traced_gives() -> None:
@@ -63,15 +64,16 @@ def test_stages_give_what_traced_gives() -> None:
     assert stages.package.scene == "without gravity"
 
 
+@pytest.mark.thorough
 def test_a_machine_is_restricted_traced_and_packaged_in_one_place() -> None:
-    """Only `traced` imports `package`; only it and the pipeline import the tracing of a scene."""
+    """Only `packaging` has `package`; only it and the pipeline import the tracing of a scene."""
     importers: dict[str, set[str]] = {"package": set(), "trace_scene": set()}
     for path in (ROOT / "symoro_elastic").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom):
                 for name in {alias.name for alias in node.names} & set(importers):
                     importers[name].add(path.stem)
-    assert importers == {"package": {"traced"}, "trace_scene": {"traced", "pipeline"}}
+    assert importers == {"package": set(), "trace_scene": {"packaging", "pipeline"}}
 
 
 def test_a_degenerate_machine_is_refused_before_it_is_traced() -> None:

@@ -11,7 +11,7 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Parameter, Spring, Wrench
 from symoro_elastic.machine.scene import ALL, Parts, Scene
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.programs.catalogue import MODELS
 
 TOML = """
 name = "arm"
@@ -35,6 +35,7 @@ base_yaw = { viscous = 1, coulomb = 2 }
 """
 
 COUPLED = """
+gravity = [0, 0, 0]
 name = "palletizer"
 joints = [
   { name = "waist", antecedent = 0, kind = "motor", sigma = 0, theta = "q1" },
@@ -108,7 +109,7 @@ G = {0, -9.81, 0}
 """A four-bar linkage with an elastic crank and a geared rotor: a loop, a coupling, a stiffness that varies."""
 
 NAMES = ("L1", "L2", "m_arm", "Kx", "angle", "b7")
-UNITS = ("", "m", "N m/rad", 'a "b" \\ *)', "kg*m", "{}", "é, =")
+UNITS = ("", "m", "N m/rad", "N·m·s/rad", "kg*m²", "1/s", "m^-1")
 
 plain_numbers = st.one_of(
     st.integers(-(10**9), 10**9).map(str),
@@ -239,3 +240,20 @@ def _loops(draw: st.DrawFn, rows: list[Joint]) -> tuple[Loop, ...]:
     start = {str(joint.variable): draw(formulas) for joint in own} if draw(st.booleans()) else {}
     closes = draw(st.sampled_from([Closing.FRAME, Closing.POINT]))
     return (Loop("ring", len(rows) + 1, len(rows) + 2, closes, dependent, start),)
+
+
+BY_AXIS = """joints = [
+  { name = "a", kind = "motor", sigma = 0, axis = "z", at = ["L", 0, 0] },
+  { name = "b", kind = "motor", sigma = 1, axis = [0, 0.6, 0.8], at = [0, 0, 1], in = "a" },
+  { name = "c", antecedent = "a", kind = "coupled", sigma = 0, axis = "x", theta = "2*q1" },
+  { name = "t", kind = "fixed", axis = "-x" },
+]
+gravity = [0, 0, -9.81]
+[parameters]
+L = 0.3
+[bodies]
+b = { mass = 1, center_of_mass = [0, 0, 0.1], inertia = [1, 2, 3] }
+[frames]
+eye = { on = "b", at = [0, 0, 0], rpy = [0, 0, 0.1] }
+"""
+"""Rows by axis and point."""

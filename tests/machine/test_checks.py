@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,7 +43,7 @@ INERTIA = "mass = 2.5, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.25]"
 @pytest.mark.parametrize(
     ("body", "said"),
     [
-        ("mass = 2, inertia = [1, 2, 4]", "4 is more than the sum"),
+        ("mass = 2, inertia = [1, 2, 4]", "4 exceeds the sum"),
         ("mass = 2, inertia = [-1, 2, 2]", "-1 is negative"),
         ("mass = 2, inertia = [1, 2, 0, 1, 0, 1]", "-1 is negative"),
         ("inertia = [1, 1, 1]", "without mass there can be no inertia"),
@@ -52,7 +53,7 @@ INERTIA = "mass = 2.5, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.2, 0.25]"
         ("first_moments = [1, 0, 0]", "without mass there can be no first moments"),
         # a point mass of 2 kg at x = 3 m has 18 kg m2 about y and z; less is impossible
         ("mass = 2, first_moments = [6, 0, 0], inertia_at_origin = [0, 17, 17]", "is negative"),
-        ('mass = "L2", inertia = [1, 1, "10*L2"]', "3.5 is more than the sum"),
+        ('mass = "L2", inertia = [1, 1, "10*L2"]', "3.5 exceeds the sum"),
     ],
 )
 def test_inertia_that_no_body_has(body: str, said: str) -> None:
@@ -241,23 +242,32 @@ def test_units_that_nothing_converts_are_refused(unit: str) -> None:
         check(replace(machine, parameters=(replace(first, unit=unit), *others)))
 
 
-@pytest.mark.parametrize("unit", ["", "m", "kg m2", "N m/rad", "m/s2", "N s/m", "turns"])
-def test_other_units_are_text(unit: str) -> None:
+@pytest.mark.parametrize("unit", ["", "m", "kg m2", "N m/rad", "m/s2", "N s/m", "Nm", "1"])
+def test_units_of_si_need_no_conversion(unit: str) -> None:
     machine = planar_2r()
     check(replace(machine, parameters=tuple(replace(p, unit=unit) for p in machine.parameters)))
+
+
+@pytest.mark.parametrize(("unit", "near"), [("turns of the rotor", ""), ("kgs", "; did you mean 'kg'?"), ("kg+m", "")])
+def test_units_that_nobody_knows_are_refused(unit: str, near: str) -> None:
+    machine = planar_2r()
+    first, *others = machine.parameters
+    with pytest.raises(InputError, match=rf"parameter {first.name}: .* known unit.*{re.escape(near)}"):
+        check(replace(machine, parameters=(replace(first, unit=unit), *others)))
 
 
 def test_angles_next_to_quarter_turns_are_one_line_of_a_file(tmp_path: Path) -> None:
     """Digits that a robot's file lacks are said once, whoever the robot is from; a table names the cells."""
     urdf = EXAMPLES / "pendant_arm.urdf"
-    line = "3 angles are up to 4.9e-12 rad off quarter turns: taken as written; convert with --snap rounds them"
+    line = "3 angles are up to 4.9e-12 rad off quarter turns: taken as written; convert with --snap 1e-11 rounds them"
     assert [said for said in warned(urdf) if "off" in said] == [line]
     table = tmp_path / "arm.toml"
     se.write(se.read(urdf, warn=lambda _: None), table)
-    cells = "joint 2 (shoulder) alpha, joint 4 (wrist) alpha, joint 6 (tool) theta"
-    what = f"taken as written; write multiples of pi/2 if meant: {cells}"
-    assert [said for said in warned(table) if "off" in said] == [
-        f"3 angles are up to 4.9e-12 rad off quarter turns, {what}"
+    table.write_text(table.read_text(encoding="utf-8").replace("1.57079632679", "1.5707963"), encoding="utf-8")
+    cells = "joint 2 (shoulder) alpha, joint 4 (wrist) alpha"
+    way_out = "write multiples of pi/2 if meant, or convert with --snap 1e-7 rounds them"
+    assert [said for said in warned(table) if "off quarter" in said] == [
+        f"2 angles are up to 7.1e-08 rad off quarter turns, taken as written; {way_out}: {cells}"
     ]
 
 

@@ -16,8 +16,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.machine.views import machine_table
-from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.numerics.values import DRAWS, DRAWS_WHERE_NAMED, parameter_values
+from symoro_elastic.models.parameters.base_parameters import base_grouping
+from symoro_elastic.numerics.evaluation.values import DRAWS, DRAWS_WHERE_NAMED, parameter_values
 
 BODIES = (Dimension.MASS, Dimension.FIRST_MOMENT, Dimension.INERTIA)
 

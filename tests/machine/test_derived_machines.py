@@ -9,10 +9,9 @@ import pytest
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.constants import with_constants
+from symoro_elastic.machine.constants import SECTIONS, with_constants, with_free_numbers
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.free_base import with_base_coordinates
-from symoro_elastic.machine.freed import SECTIONS, with_free_numbers
+from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Floating, Kind, Machine
 from symoro_elastic.machine.named_cells import with_named_cells, with_values

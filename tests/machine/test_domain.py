@@ -10,7 +10,7 @@ import pytest
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.degenerate import degeneracies
+from symoro_elastic.models.checks.degenerate import degeneracies
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.equilibrium import given_state
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
@@ -46,6 +46,7 @@ def test_states_are_where_cells_have_values(formula: str) -> None:
         assert all(INSIDE[formula](float(q)) for q in states.q[:, 0])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("formula", ["sqrt(q1)", "sqrt(1 - q1^2)"])
 def test_such_machines_are_generated_and_checked(formula: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.freed import SECTIONS, with_free_numbers
+from symoro_elastic.machine.constants import SECTIONS, with_free_numbers
 from symoro_elastic.machine.machine import Parameter
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.vibration.machines import drive
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
@@ -28,7 +28,7 @@ def test_names_are_those_of_the_columns() -> None:
 
 def test_names_that_are_used_get_another() -> None:
     machine = replace(drive(), name="M1", parameters=(Parameter("k2", cell(1)),))
-    assert [p.name for p in with_free_numbers(machine, SECTIONS, taken={"M2": "a reason"}).parameters] == [
+    assert [p.name for p in with_free_numbers(machine, SECTIONS, reserved={"M2": "a reason"}).parameters] == [
         "k2",
         "free_M1",
         "free_M2",
@@ -36,6 +36,7 @@ def test_names_that_are_used_get_another() -> None:
     ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(4))
 def test_results_stay_and_follow_the_parameters(seed: int) -> None:
     """Values of the table are the defaults; another mass by p is another mass in the table."""
@@ -56,4 +57,4 @@ def test_the_command(tmp_path: Path) -> None:
     asked = ("generate", EXAMPLES / "two_axis.toml", "--out", tmp_path, "--free", "springs,bodies")
     run(*asked, "--target", "numpy")
     assert "k1" in (tmp_path / "two_axis" / "__init__.py").read_text()
-    assert "--free: there is no 'spring': choose from bodies, springs" in refused(*asked[:-1], "spring")
+    assert "--free: unknown 'spring': choose from bodies, springs" in refused(*asked[:-1], "spring")

@@ -140,7 +140,7 @@ WRONG_MOTIONS = [
     ("kd = 3e4", "kd = -3e4", "motion, servo, motor_y, kd: -30000 is negative"),
     ("kp = 2e6, kd = 3e4", "kp = 2e6, damping = 1", "motion, servo, motor_y: give kp and kd, or bandwidth and damping"),
     ("motor_y = { kp", "ram = { kp", "motion, servo: ram has no motor: motors are motor_x, motor_y"),
-    ('at = "tool"', 'at = "tol"', "motion, forces 1, at: no joint 'tol'; did you mean 'tool'?"),
+    ('at = "tool"', 'at = "tol"', "motion, forces 1, at: no frame 'tol'; did you mean 'tool'?"),
     ("in = 0.01", "in = 0.2", "motion, forces 1 (tool), in: it ends at 0.3 s, the motion at 0.25 s"),
     ("fx = 200, mz = -3, ", "", "motion, forces 1 (tool): it has no component: give fx, fy, fz, mx, my, mz, or leave"),
     ("fx = 200", "fx = 1e12", "motion, forces 1 (tool): 1e+12 is out of range"),
@@ -158,6 +158,7 @@ WRONG_WANTED = [
 ]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("old", "new", "said"), WRONG_MOTIONS, ids=[said[:50] for _, _, said in WRONG_MOTIONS])
 def test_motions_refused(old: str, new: str, said: str, machine: Machine, tmp_path: Path) -> None:
     assert old in MOTION

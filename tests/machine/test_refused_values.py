@@ -117,7 +117,7 @@ def driven(**parameters: float) -> dict[str, Any]:
     """A motor and a spring, whose numbers are parameters."""
     names = {"vs": 1e-4, "mu": 0.1, "e": 1e-5, "N": 6.0, "Kp": 5.0} | parameters
     return {
-        "name": "numbers",
+        "name": "free_numbers",
         "parameters": names,
         "joints": [
             {"name": "motor", "kind": "motor", "sigma": 0, "theta": "q1"},

@@ -9,7 +9,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.reduced import reduced_model, with_ratios
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 ARM = """
 gravity = [0, 0, -9.81]

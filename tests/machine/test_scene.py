@@ -12,7 +12,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.programs.catalogue import MODELS
 from tests.machine.samples import TOML
 
 SCENE = """
@@ -64,7 +64,7 @@ def test_static_joints_by_any_name_each_once(machine: Machine, tmp_path: Path) -
         ('models = ["direct_dynamic"]', "scene, models", "did you mean 'direct_dynamics'"),
         ('outputs = { dynamics = ["lift"] }', "scene, outputs", "no model 'dynamics'"),
         ('outputs = { jacobian = ["lft"] }', "scene, outputs, jacobian", "did you mean 'lift'"),
-        ('outputs = { jacobian = ["4"] }', "scene, outputs, jacobian", "no joint '4'"),
+        ('outputs = { jacobian = ["4"] }', "scene, outputs, jacobian", "no frame '4'"),
         ('outputs = { jacobian = "lift" }', "outputs, jacobian", "list of texts"),
         ("locked = { lfit = 0 }", "scene, locked", "did you mean 'lift'"),
         ("locked = { lift = 0, q2 = 1 }", "scene, locked", "locked twice"),
@@ -110,7 +110,7 @@ def test_the_scene_of_a_machine_file_is_resolved() -> None:
 
 
 def test_a_missing_file(machine: Machine) -> None:
-    with pytest.raises(InputError, match=r"none\.toml: file: there is no such file"):
+    with pytest.raises(InputError, match=r"none\.toml: file: no such file"):
         read_scene("none.toml", machine)
 
 

@@ -12,13 +12,13 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.par import reading as par
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.generation.pipeline import found_degeneracies, generate
+from symoro_elastic.generation.pipeline import generate, zero_pivots
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.series_springs import condense, springs_in_series
-from symoro_elastic.models.degenerate import degeneracies
+from symoro_elastic.models.checks.degenerate import degeneracies
 from symoro_elastic.numerics.verification.verify import verify
 from tests.command_line import ended
 from tests.compiled_models import cell as f
@@ -114,7 +114,7 @@ def test_frames_are_those_of_the_sum(case: str) -> None:
 def test_a_small_mass_between_approaches_the_condensed_machine() -> None:
     """Accelerations averaged over the split: with mass m between, A qdd + H - Gamma beyond it changes as m."""
     whole = series(sigma=1, d=0.4)
-    assert found_degeneracies(whole, Scene()) and not found_degeneracies(whole, CONDENSE)
+    assert zero_pivots(whole, Scene()) and not zero_pivots(whole, CONDENSE)
     one = condense(whole).machine
     q, qd, tau = [0.2, 0.11, -0.4], [0.5, -0.3, 0.8], [4.0]
     x, v = _both(q[1], "0.03", "-0.05", 1), _both(qd[1], "0", "0", 1)
@@ -212,12 +212,12 @@ INEXACT = {
 def test_what_is_not_exact_is_refused_with_the_reason(reason: str) -> None:
     machine = INEXACT[reason]
     assert condense(machine).machine == machine
-    ((message, _),) = found_degeneracies(machine, CONDENSE)
+    ((message, _),) = zero_pivots(machine, CONDENSE)
     assert reason in message and "\n" not in message
 
 
 def test_the_refusal_offers_it() -> None:
-    ((message, joints),) = found_degeneracies(series(sigma=0), Scene())
+    ((message, joints),) = zero_pivots(series(sigma=0), Scene())
     assert joints == "joint 2, joint 4" and "k1 k2/(k1 + k2) (condense = true in a scene does it)" in message
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from symoro_elastic.formats import read_machine
-from symoro_elastic.formats.toml.scenes import scene_in
+from symoro_elastic.formats.toml.reading import scene_in
 from symoro_elastic.formats.toml.tables import load
 from symoro_elastic.formats.toml.writing import write_scene
 from symoro_elastic.foundation.errors import InputError
@@ -16,7 +16,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.zeroed import numbers_of, with_zeros
-from symoro_elastic.models.traced import summary, trace_models
+from symoro_elastic.models.packaging import summary, trace_models
 from tests.command_line import EXAMPLES
 
 

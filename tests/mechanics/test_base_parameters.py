@@ -14,11 +14,20 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring, Vector3
-from symoro_elastic.models.base_parameters import GROUPED, KEPT, NO_EFFECT, base_grouping
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, polynomial_text
-from symoro_elastic.numerics.grouping import checked_grouping
-from symoro_elastic.numerics.rank import cross_check
+from symoro_elastic.mechanics.base_parameters import CarriedMotion
+from symoro_elastic.mechanics.spatial import Twist, Vector
+from symoro_elastic.models.parameters.base_parameters import (
+    GROUPED,
+    KEPT,
+    NO_EFFECT,
+    POLYNOMIALS,
+    Polynomial,
+    base_grouping,
+    polynomial_text,
+)
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.linear.grouping import checked_grouping
+from symoro_elastic.numerics.linear.rank import cross_check
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.examples import example
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state, two_children
@@ -188,6 +197,26 @@ def test_regrouped_machine_is_written_and_read(machine: Machine, suffix: str, tm
     path = tmp_path / f"machine.{suffix}"
     write_machine(regrouped, path)
     assert replace(read_machine(path)[0], source="") == replace(DescribedMachine.of(regrouped), source="")
+
+
+def test_motions_about_a_point_of_the_axis_have_no_pitch() -> None:
+    """A turn about the point at height h on the axis moves the origin by h (w_y, -w_x)."""
+
+    def twist(x: int, y: int, z: int, *, height: int, pitch: int = 0, lift: int = 0) -> Twist:
+        return Twist(Vector(height * y + pitch * x, pitch * y - height * x, lift), Vector(x, y, z))
+
+    def is_about_a_point(*twists: Twist) -> bool:
+        return CarriedMotion(twists, Vector(0, 0, 0)).about_a_point_of_axis
+
+    other = twist(3, 1, -5, height=2)
+    assert is_about_a_point(twist(-1, 2, 4, height=2), other)
+    for first in (
+        *(twist(-1, 2, 4, height=3), twist(-1, 2, 4, height=2, lift=1)),
+        *(twist(x, y, 4, height=2, pitch=1) for x, y in ((-1, 2), (0, 2), (-1, 0))),
+    ):
+        assert not is_about_a_point(first, other) and not is_about_a_point(other, first)
+    for x, y in ((1, 0), (0, 1), (2, -3)):
+        assert not is_about_a_point(*(twist(k * x, k * y, 0, height=0, pitch=1) for k in (1, 2)))
 
 
 def test_formulas_of_rx90() -> None:

@@ -22,10 +22,9 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.chain_joints import InverseRefused, first_dependent
-from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
-from symoro_elastic.models.model import Frame, TracedModel
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Frame, TracedModel
+from symoro_elastic.models.kinematics.inverse_geometric import INVERSE_GEOMETRIC, InverseRefused, first_dependent
 from symoro_elastic.models.packaging import package
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.program import Input, Output, build
@@ -74,6 +73,7 @@ ARMS: dict[str, tuple[list[Row], int]] = {
     "scara_rprr": ([(R, {}), (P, {"d": 0.2}), (R, {"d": 0.5}), (R, {"d": 0.4}), TOOL], 2),
     "cartesian": ([(P, {}), (P, {"alpha": "-pi/2"}), (P, {"alpha": "pi/2", "gamma": "pi/2"}), TOOL], 1),
     "skew_slides": ([(P, {"alpha": 0.2}), (P, {"alpha": 1.2, "theta": 0.5}), (P, {"alpha": 0.9}), TOOL], 1),
+    "two_slides": ([(P, {"alpha": 0.4}), (P, {"alpha": 1.1}), (R, {"alpha": 0.7}), TOOL], 1),
     "gantry": ([(P, {}), (P, {"alpha": "-pi/2"}), (P, {"alpha": 1, "gamma": 1.2}), (R, {"d": 0.1}), *WRIST], 2),
     "mixed": (
         [(R, {}), (P, {"alpha": 1}), (R, {"alpha": 1}), (P, {"d": 0.3}), (R, {"alpha": 1}), (P, {"alpha": 1})],
@@ -154,7 +154,7 @@ def traced(
     machine: Machine, name: str = POSE, asked: tuple[Frame, ...] = (), folded: tuple[str, ...] = ()
 ) -> TracedModel:
     model, bound = MODELS[name], Bound(machine, folded)
-    results = model.run(bound, asked or tuple(Frame(j) for j in range(1, len(machine.joints) + 1)))
+    results = model.run(bound, asked or (Frame(len(machine.joints)),))
     inputs = [Input(a, bound.arguments()[a]) for a in model.arguments]
     outputs = [Output(key, result.shape, result.entries) for key, result in results.items()]
     return TracedModel(model, results, build(inputs, outputs, bound.names))
@@ -247,6 +247,7 @@ def errors(machine: Machine, q: Array, T: Array, position: bool = False) -> Arra
 # Put back
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SOLUTIONS)
 def test_every_solution_places_the_frame_and_one_is_the_position_it_was_placed_from(name: str, folder: Path) -> None:
     machine = arm(name)
@@ -294,6 +295,7 @@ def test_the_reference_in_many_digits_agrees(name: str, folder: Path) -> None:
         assert max(abs(float(a) - b) for a, b in zip(itertools.chain(*back), T.ravel(), strict=True)) < 1e-13
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", SIX)
 def test_no_solution_is_missing(name: str, folder: Path) -> None:
     """Newton's method from random positions finds none that is not in the list."""

@@ -12,10 +12,10 @@ from mpmath import mpf
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Joint, Kind, Machine, Wrench
-from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.identification import IDENTIFICATION, linear_parameters
-from symoro_elastic.models.model import Result
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Result
+from symoro_elastic.models.dynamics.identification import IDENTIFICATION, linear_parameters
+from symoro_elastic.models.parameters.base_parameters import base_grouping
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.program import OperationCount, Output, build
 from tests.examples import example

@@ -19,10 +19,10 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Graph

@@ -11,14 +11,13 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.machine.machine import Kind, Machine, Orientation
-from symoro_elastic.models.base_steps import base_models
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.implicit_steps import Motors
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.models.steps.implicit_steps import Motors, base_models
 from symoro_elastic.symbolic.program import Program
 from tests.closed_chains.machines import machine as coupled_machine
 from tests.closed_chains.machines import situations
 from tests.models.test_creep import creeping
-from tests.models.test_floating_base import on
+from tests.models.test_floating_base import damped, on
 from tests.models.test_implicit_steps import assert_solved, dense, given_numbers, slope, solution, values_of
 from tests.references import multiprecision as reference
 from tests.references.closed_chains import DIGITS, Array, exact
@@ -136,9 +135,10 @@ def inertia(described: Machine, given: Mapping[str, Sequence[Any]], symbols: Map
     return np.array(found, dtype=object).reshape(n, n)
 
 
-def with_base(K: Array) -> Array:
-    """Without stiffness and damping of the base."""
+def with_base(K: Array, of_base: Sequence[Any] = (0,) * 6) -> Array:
+    """With the diagonal of the base, before that of the joints."""
     whole = np.zeros((6 + len(K), 6 + len(K)), dtype=object)
+    whole[:6, :6] = np.diag(of_base)
     whole[6:, 6:] = K
     return whole
 
@@ -150,9 +150,9 @@ def sides(given: dict[str, Any], seed: int) -> dict[str, Any]:
 
 @pytest.mark.parametrize("motors", Motors)
 def test_implicit_systems_of_trees(motors: Motors) -> None:
-    """The base moves with the joints in (I - g T) z = r, without stiffness of its own."""
+    """The base moves with the joints in (I - g T) z = r, without stiffness of its own, but with dampers."""
     kinds = (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE)
-    described = on(creeping(random_machine(2, joints=4, kinds=kinds)))
+    described = damped(on(creeping(random_machine(2, joints=4, kinds=kinds))))
     with mpmath.workdps(DIGITS):
         q, qd, _ = random_state(described, 2)
         given = sides(given_numbers(described, q, qd, 2), 20)
@@ -165,7 +165,8 @@ def test_implicit_systems_of_trees(motors: Motors) -> None:
                 K[k], D[k] = K[k] + kp, D[k] + kd
         held = [6 + k for k in entries] if motors is Motors.DRIVEN else []
         A, r = inertia(described, given, {}), [*given["r_q"], *given["r_v"]]
-        wanted = dense(A, with_base(np.diag(K)), with_base(np.diag(D)), held, r)
+        of_base = [exact(cell.value()) for cell in described.damping_of_base]
+        wanted = dense(A, with_base(np.diag(K)), with_base(np.diag(D), of_base), held, r)
         assert_solved(solution(described, motors, given, {}), wanted, 1e-18)
 
 

@@ -88,7 +88,7 @@ def test_a_motor_that_rests_in_a_notch_swings_there() -> None:
     ("motors", "what"),
     [
         ({"motor": {"cogging": 1.0}}, "cogging order.*is missing: give the periods"),
-        ({"motor": {"cogging_order": 4}}, "cogging.*is missing beside its order"),
+        ({"motor": {"cogging_order": 4}}, "cogging.*is missing, its order is given"),
         ({"gear": {"cogging": 1.0, "cogging_order": 4}}, "only a motor has cogging"),
     ],
 )

@@ -23,8 +23,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint, Kind
 from symoro_elastic.machine.machine import Parameter
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.generated_code import COMPILERS
 from tests.references.controlled import AVERAGED, PLAIN, controlled, drive
 
@@ -172,6 +172,7 @@ def pointer(x: Array) -> ctypes.c_void_p:
     return ctypes.c_void_p(x.ctypes.data)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
 @pytest.mark.parametrize("one", [drive(), AVERAGED, PLAIN])
 def test_c_has_the_bits_of_numpy_with_its_states_in_place(one: Drive, tmp_path: Path) -> None:

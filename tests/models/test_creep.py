@@ -41,6 +41,7 @@ def slide(**law: str) -> Machine:
     return Machine("one", (Joint("slide", 0, Kind.MOTOR, 1, "x", body=Body(Formula.parse(2)), friction=friction),))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
 @pytest.mark.parametrize("described", MACHINES, ids=lambda one: one.name)
 def test_derivatives_by_velocities_are_differences(described: Machine, name: str) -> None:

@@ -14,7 +14,7 @@ from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.degenerate import degeneracies
+from symoro_elastic.models.checks.degenerate import degeneracies
 from tests.closed_chains.machines import FILES, machine, situations
 from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
@@ -49,6 +49,7 @@ def null_space(whole: Machine, u: list[float], ud: list[float], guess: list[list
         return sum(abs(x) < mpmath.mpf(10) ** -40 for x in mpmath.eigsy(scaled, eigvals_only=True))
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", FILES)
 def test_directions_are_those_of_the_inertia_matrix(name: str) -> None:
     whole, source = machine(name), random.Random(name)
@@ -61,11 +62,11 @@ def test_directions_are_those_of_the_inertia_matrix(name: str) -> None:
 def test_a_loop_without_bodies_is_named() -> None:
     four_bar = machine("four_bar")
     bare = without_inertia(four_bar, {1, 2, 3, 6})
-    with pytest.raises(InputError) as error:
+    assert [one.moving_together for one in degeneracies(bare, False)] == [(1, 2, 3), (6,)]
+    with pytest.raises(InputError, match="no body has mass or inertia"):
         refuse_degenerate(bare, Scene())
-    message = str(error.value)
-    assert "joint 1 (crank), joint 2 (coupler) and joint 3 (rocker) move together without moving any mass" in message
-    assert "the same holds for joint 6" in message
+    first, _ = degeneracies(bare, False)
+    assert "joint 1 (crank), joint 2 (coupler) and joint 3 (rocker) move together" in first.message(bare)
 
 
 def test_known_motors_need_no_inertia() -> None:

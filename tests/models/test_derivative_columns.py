@@ -17,7 +17,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import RequestedPart, Scene
-from symoro_elastic.models.catalogue import TracedModel, trace_scene
+from symoro_elastic.models.programs.catalogue import TracedModel, trace_scene
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import FLOATS
 from tests.generated_code import imported
@@ -55,6 +55,7 @@ def columns(model: TracedModel, machine: Machine) -> dict[tuple[str, str], Any]:
     return {(name, label): values[name][:, k] for name in values for k, label in enumerate(labels[name])}
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", [INVERSE_BY_P, DIRECT_BY_P])
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_parameters_by_name(machine: Machine, name: str) -> None:

@@ -14,16 +14,16 @@ from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.output_files import write_files
 from symoro_elastic.generation.pipeline import programs, refuse_degenerate
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.mechanics.derivatives import accelerations as acceleration_derivatives
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, trace_scene
-from symoro_elastic.models.derivatives import DERIVATIVES
-from symoro_elastic.models.model import Result
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Result
+from symoro_elastic.models.derivatives.derivatives import DERIVATIVES
+from symoro_elastic.models.programs.catalogue import MODELS, trace_scene
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
@@ -35,7 +35,14 @@ from tests.benchmarks.machines import arm_6, arm_7, example, humanoid, rigid
 from tests.benchmarks.machines import chain as long_chain
 from tests.generated_code import COMPILERS, compiled, rendered
 from tests.references import multiprecision as reference
-from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, random_state
+from tests.references.random_machines import (
+    chain,
+    first_joint_elastic,
+    planar_2r,
+    random_machine,
+    random_state,
+    with_springs_beside_motors,
+)
 
 pytestmark = pytest.mark.sampled(5)
 
@@ -103,10 +110,12 @@ MACHINES = [
     random_machine(7, joints=4, kinds=(Kind.ELASTIC, Kind.MOTOR), prismatic=0, symbolic=True),
     random_machine(8, joints=4, kinds=(Kind.MOTOR, Kind.FIXED), moving_base=True),
     first_joint_elastic(symbolic=True),
+    with_springs_beside_motors(random_machine(1, joints=4, symbolic=True)),
 ]
 VARIOUS = [pytest.param(machine, id=f"{machine.name}-{k}") for k, machine in enumerate(MACHINES)]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_derivatives_are_differences(machine: Machine, name: str) -> None:
@@ -124,6 +133,7 @@ def test_derivatives_are_differences(machine: Machine, name: str) -> None:
             assert_close(found, expected, EXACT)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", [INVERSE_BY_P, DIRECT_BY_P])
 @pytest.mark.parametrize("machine", [MACHINES[k] for k in (0, 1, 6)], ids=lambda machine: machine.name)
 def test_derivatives_by_parameters_are_differences(machine: Machine, name: str) -> None:
@@ -207,6 +217,7 @@ def test_long_chains_are_solved_by_recursion(monkeypatch: pytest.MonkeyPatch) ->
     assert max(counts) < 223 and counts[2] < 1.02 * counts[1]
 
 
+@pytest.mark.thorough
 def test_operations_grow_as_the_square_of_the_joints() -> None:
     counts = [nodes(long_chain(n), INVERSE) / n**2 for n in (5, 10, 20)]
     assert counts == sorted(counts, reverse=True) and counts[0] < 85
@@ -268,6 +279,7 @@ def test_generated_code_gives_what_the_equations_give() -> None:
     assert found.ok and {model.name for model in found.models} == set(scene.models)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", [model.name for model in DERIVATIVES])
 @pytest.mark.parametrize("machine", [planar_2r(), planar_2r(elastic=(2,)), chain(3)], ids=["2r", "elastic", "chain"])
 def test_equations_in_latex(machine: Machine, name: str) -> None:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.freed import with_free_numbers
+from symoro_elastic.machine.constants import with_free_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, trace_of
-from symoro_elastic.models.directional_derivatives import directional_derivative
-from symoro_elastic.models.tracing import Trace
-from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.tracing import Trace
+from symoro_elastic.models.derivatives.directional_derivatives import directional_derivative
+from symoro_elastic.models.programs.catalogue import MODELS, trace_of
+from symoro_elastic.numerics.evaluation.closed_positions import Followed
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.generation.fmu.machines import assembled, elastic_arm, four_bar
 
@@ -48,6 +48,7 @@ def state_of(bound: Bound, source: np.random.Generator) -> dict[str, float]:
     return parameters | found
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("machine", [elastic_arm, four_bar, assembled], ids=lambda one: one.__name__)
 def test_directional_derivatives_are_columns_times_seeds(machine: Callable[[], Machine]) -> None:
     described = with_free_numbers(machine(), ("bodies", "springs"), {})

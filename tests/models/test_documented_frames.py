@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.quantities.quantity import Quantity
 
 Array = np.ndarray

@@ -14,7 +14,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Electrics
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.drives.drive_chain import Inputs, Slopes
 from symoro_elastic.models.drives.drive_states import chains_of
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
@@ -52,6 +52,7 @@ def test_rates_and_torque_are_those_of_equations_by_hand(seed: int) -> None:
             assert abs(mpf(value(found)) - x) <= 1e-12 * (1 + abs(x))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(30))
 def test_no_share_is_negative(seed: int) -> None:
     """C and Y of the inertia that a drive is, for slopes within, at and beyond limits, from 0.1 us to 10 s."""

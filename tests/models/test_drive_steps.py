@@ -15,10 +15,10 @@ from symoro_elastic.machine.drives import CurrentControl, Drive, Drives, LowPass
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.drives.drive_states import chains_of
-from symoro_elastic.models.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.models.steps.implicit_steps import Motors, implicit_system
 from tests.closed_chains.machines import machine, situations
 from tests.models.test_floating_base import on
 from tests.models.test_implicit_steps import G, values_of

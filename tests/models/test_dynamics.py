@@ -29,11 +29,11 @@ from symoro_elastic.mechanics.spatial import (
     X,
     Z,
 )
-from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.models.rules import direct_motion
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.rules import direct_motion
+from symoro_elastic.models.parameters.base_parameters import base_grouping
+from symoro_elastic.models.programs.catalogue import trace, trace_scene
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.compiled_models import built, cell, worst
 from tests.examples import example
@@ -47,6 +47,7 @@ from tests.references.random_machines import (
     random_machine,
     random_state,
     two_children,
+    with_springs_beside_motors,
 )
 from tests.references.stored import stored
 from tests.references.test_references import TOLERANCE_50_DIGITS
@@ -89,10 +90,12 @@ def various_machines() -> list[tuple[Machine, Scene]]:
         two_children(),
         two_children(symbolic=True),
         planar_2r(elastic=(1,)),
+        *(with_springs_beside_motors(random_machine(k, joints=4 + k, symbolic=k > 0), k) for k in range(2)),
     ]
     return [*trees, *((machine, Scene()) for machine in machines), (two_children(symbolic=True), CONSTANT)]
 
 
+@pytest.mark.sampled(80)
 @pytest.mark.parametrize(
     ("machine", "scene"),
     [
@@ -141,6 +144,7 @@ def test_direct_model_by_the_inertia_matrix_agrees(seed: int) -> None:
     assert worst(np.array(found[0], float), np.array(found[1], float)) < 1e-15
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(6))
 def test_direct_and_inverse_undo_each_other(seed: int, tmp_path: Path) -> None:
     machine = random_machine(seed, joints=4 + seed, symbolic=seed % 2 == 0)
@@ -159,6 +163,7 @@ def test_direct_and_inverse_undo_each_other(seed: int, tmp_path: Path) -> None:
 # Against other derivations
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(16))
 def test_against_pinocchio(seed: int, tmp_path: Path) -> None:
     pytest.importorskip("pinocchio")

@@ -11,8 +11,8 @@ import pytest
 from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.energy_form import DIRECT, INVERSE, EnergyForm, energy_form, has_energy_form
-from symoro_elastic.numerics.within.switches import switched
+from symoro_elastic.models.programs.forms import DIRECT, INVERSE, EnergyForm, energy_form, has_energy_form
+from symoro_elastic.numerics.within.tape import with_switches
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Names
@@ -42,6 +42,7 @@ def entries_of(form: EnergyForm) -> list[Operand]:
     return [x for output in form.program.outputs for x in output.entries]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", [DIRECT, INVERSE])
 @pytest.mark.parametrize("name", [*FILES, "chain", "tree"])
 def test_they_are_those_of_the_recursions(name: str, model: str) -> None:
@@ -62,7 +63,7 @@ def test_they_are_those_of_the_recursions(name: str, model: str) -> None:
 def test_whatever_is_left_out_nothing_is_made_from_nothing(name: str, seed: int) -> None:
     """qd' H is the rate of T + V without accelerations, by differences in 50 digits."""
     form, rng = form_of(name), np.random.default_rng(seed)
-    switches = switched(form.program)
+    switches = with_switches(form.program)
     off = [one for one in switches.changes if rng.random() < 0.2]
     entries = [x for output in switches.without(off) for x in output.entries]
     joints, arithmetic = form.joints, multiprecision()

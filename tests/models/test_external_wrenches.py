@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.simulation.prediction.samples import slopes
+from symoro_elastic.analysis.simulation.prediction.output_matrices import slopes
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import verify
 from symoro_elastic.machine.formula import ZERO
@@ -15,8 +15,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.ladder.scenes import random_springs
 from tests.closed_chains.machines import machine as closed_chain
 from tests.closed_chains.machines import situations
@@ -80,6 +80,7 @@ def test_machines_whose_loops_are_assembled() -> None:
     np.testing.assert_allclose(plain.inertia_matrix(q, q_dep) @ more, acting, rtol=0, atol=1e-10 * np.abs(acting).max())
 
 
+@pytest.mark.thorough
 def test_generated_code_under_them_is_verified() -> None:
     machine, frames = tree()
     scene = resolve(Scene(models=("direct_dynamics", "inverse_dynamics", "linearization"), forces=frames), machine)

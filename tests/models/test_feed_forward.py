@@ -15,14 +15,14 @@ from mpmath import mp, mpf, workdps
 from symoro_elastic.codegen.latex import solution
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.output_files import write_files
 from symoro_elastic.generation.pipeline import generate, programs, render
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.programs.catalogue import TracedModel, trace, trace_scene
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Graph
@@ -228,6 +228,7 @@ def test_virtual_bodies_need_four_derivatives() -> None:
     assert residual < EXACT and needed == 4
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("seed", range(12))
 def test_all_equations_of_motion_are_met(seed: int) -> None:
     """Trees with springs behind some motors: slides, turns, both senses, friction, wrenches, fixed frames."""
@@ -274,6 +275,7 @@ def floats(machine: Machine) -> tuple[list[Any], list[list[Any]]]:
     return [np.array(x) for x in rounded], list(found.values())
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_generated_code(compiler: str, tmp_path: Path) -> None:
     machine = read_machine(FLEX4)[0]

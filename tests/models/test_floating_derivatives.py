@@ -14,15 +14,15 @@ from symoro_elastic.machine.machine import Kind, KnownOfBase, Machine, Orientati
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.mechanics.derivatives import accelerations as acceleration_derivatives
-from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
-from symoro_elastic.models.derivatives import DERIVATIVES
+from symoro_elastic.models.derivatives.derivatives import DERIVATIVES
+from symoro_elastic.models.programs.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.benchmarks.machines import chain as long_chain
 from tests.benchmarks.machines import rigid
 from tests.models.test_derivatives import assert_close, nodes
-from tests.models.test_floating_base import BOTH, base_state, exact_state, joint_state, on, quaternion_product
+from tests.models.test_floating_base import BOTH, base_state, damped, exact_state, joint_state, on, quaternion_product
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
 
 pytestmark = pytest.mark.sampled(5)
@@ -74,12 +74,14 @@ MACHINES = [
 ]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("known", BOTH)
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
 @pytest.mark.parametrize("k", range(len(MACHINES)))
 def test_derivatives_are_differences(k: int, name: str, known: KnownOfBase) -> None:
     """By pose, velocity and acceleration of the base or the wrench on it, and by all that joints have."""
     machine = on(MACHINES[k], known, turned=tuple(Orientation)[(k + (known is KnownOfBase.WRENCH)) % 2])
+    machine = damped(machine) if k < 2 else machine
     model = name.removesuffix("_derivatives")
     with mpmath.workdps(50):
         state = exact_state(machine, k)
@@ -105,6 +107,7 @@ def of_origin(base: dict[str, Any], count: int) -> tuple[Any, Any]:
     return more, np.cross(w, v)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(6))
 def test_pinocchio_has_the_same(seed: int) -> None:
     """Its analytic derivatives with a free-flyer; springs and friction, which it does not know, added."""

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.codegen.integration.w_methods import W3
+from symoro_elastic.codegen.integration.tableaus import W3
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
@@ -21,12 +21,12 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
-from symoro_elastic.models.implicit_steps import Motors, implicit_system
-from symoro_elastic.models.time_steps import refuse_machines
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.models.steps.closed_dynamics import closed_dynamics
+from symoro_elastic.models.steps.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.steps.time_steps import refuse_machines
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.symbolic.program import Program
 
 LAW = {

@@ -13,8 +13,8 @@ from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
-from symoro_elastic.models.implausible import implausible_motions
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.checks.implausible import implausible_motions
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell, vector
 from tests.references.numbers_of_machine import numbers_of

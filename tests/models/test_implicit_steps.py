@@ -12,8 +12,8 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.implicit_steps import Motors, implicit_system
-from symoro_elastic.models.time_steps import ways_to_give_motors
+from symoro_elastic.models.steps.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.steps.time_steps import ways_to_give_motors
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.program import Program
 from tests.closed_chains.machines import machine, situations
@@ -22,7 +22,7 @@ from tests.references import multiprecision as reference
 from tests.references.closed_chains import DIGITS, Array, exact
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.numbers_of_machine import JointNumbers
-from tests.references.random_machines import random_machine, random_state
+from tests.references.random_machines import random_machine, random_state, with_springs_beside_motors
 
 pytestmark = pytest.mark.sampled(6)
 
@@ -30,6 +30,7 @@ G = Fraction("0.013")
 MANY_DIGITS, DIGITS_OF_SLOPES = 1e-40, 1e-18
 
 TREES = [creeping(random_machine(seed, joints=5, kinds=(Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE))) for seed in range(4)]
+TREES += [with_springs_beside_motors(TREES[2])]
 COUPLED = ("ball_screw", "coupled_wrist", "five_bar", "ring", "delta", "gantry_rigid")
 
 
@@ -75,6 +76,10 @@ def slope(row: JointNumbers, rate: Any) -> Any:
     return (row.friction(exact(rate) + h) - row.friction(exact(rate) - h)) / (2 * h) if row.creep else row.viscous
 
 
+def symbols_of(described: Machine) -> dict[str, Any]:
+    return {p.name: p.value.evaluate({}, {}, exact) for p in described.parameters if p.value}
+
+
 def given_numbers(described: Machine, q: Sequence[Any], qd: Sequence[Any], seed: int) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
     n, m = len(described.independent), len(described.motors)
@@ -93,7 +98,7 @@ def test_trees(described: Machine, motors: Motors) -> None:
         q, qd, _ = random_state(described, 2)
         given = given_numbers(described, q, qd, 2)
         rows = [reference._read(described, None).joints[j - 1] for j in described.independent]
-        K = [row.stiffness * (row.kind is Kind.ELASTIC) for row in rows]
+        K = [row.stiffness for row in rows]
         D = [row.damping * (row.kind is Kind.ELASTIC) + slope(row, x) for row, x in zip(rows, qd, strict=True)]
         entries = list(described.motor_entries)
         if motors is Motors.SERVO:
@@ -102,7 +107,7 @@ def test_trees(described: Machine, motors: Motors) -> None:
         A = reference.inertia_matrix(described, q)
         held = entries if motors is Motors.DRIVEN else []
         wanted = dense(A, np.diag(K), np.diag(D), held, [*given["r_q"], *given["r_v"]])
-        assert_solved(solution(described, motors, given, {}), wanted, DIGITS_OF_SLOPES)
+        assert_solved(solution(described, motors, given, symbols_of(described)), wanted, DIGITS_OF_SLOPES)
 
 
 @pytest.mark.parametrize("motors", Motors)
@@ -118,7 +123,7 @@ def test_couplings_and_loops(name: str, motors: Motors) -> None:
         given["q_dep"] = [at.at[variable] for variable in at.chain.dependent]
         table = at.chain.numbers(at.at).joints
         rows = [table[j - 1] for j in described.with_variable]
-        K = [row.stiffness if row.kind is Kind.ELASTIC else mpf(0) for row in rows]
+        K = [row.stiffness for row in rows]
         D = [row.damping + row.viscous for row in rows]
         if motors is Motors.SERVO:
             for j, kp, kd in zip(described.motors, given["kp"], given["kd"], strict=True):
@@ -134,5 +139,4 @@ def test_couplings_and_loops(name: str, motors: Motors) -> None:
             list(described.motor_entries) if motors is Motors.DRIVEN else [],
             [*given["r_q"], *given["r_v"]],
         )
-        symbols = {p.name: p.value.evaluate({}, {}, exact) for p in described.parameters if p.value}
-        assert_solved(solution(described, motors, given, symbols), wanted, MANY_DIGITS)
+        assert_solved(solution(described, motors, given, symbols_of(described)), wanted, MANY_DIGITS)

@@ -48,6 +48,7 @@ SIX = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("machine", "frame", "components", "seen"), SIX)
 def test_square_models_invert_the_jacobian(
     machine: Machine | Path, frame: str, components: tuple[str, ...], seen: str
@@ -69,6 +70,7 @@ def test_square_models_invert_the_jacobian(
         np.testing.assert_allclose(J @ qdd + bias, wanted, atol=bound * (1 + np.abs(bias).max()))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("components", [("x", "y", "z"), ("x",), ALL])
 def test_redundant_models_have_the_least_weighted_norm(components: tuple[str, ...]) -> None:
     """qd = W^-1 J^T (J W^-1 J^T)^-1 V by numpy, and J qdd + (dJ/dt) qd = Vd."""

@@ -12,7 +12,7 @@ import pytest
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Joint, Kind, Parameter
-from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.pages.show import axes_table
 from tests.analysis.vibration.machines import machine_of, spring
 from tests.closed_chains.machines import FILES, machine, situations

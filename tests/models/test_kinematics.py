@@ -21,11 +21,11 @@ from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Friction, Join
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
-from symoro_elastic.models.model import Frame
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Frame
 from symoro_elastic.models.packaging import package
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.programs.catalogue import MODELS, TracedModel, trace, trace_scene
+from symoro_elastic.numerics.verification.implementations import import_package
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.compiled_models import Array, Built, cell, vector, worst
@@ -160,6 +160,7 @@ class Wanted:
         return both_halves(relative[:3, :3], np.array(self.own[model][frame - 1], dtype=float))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_motion_of_all_frames(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     """C and numpy, one state and stacked states."""
@@ -190,6 +191,7 @@ def places_of(machine: Machine, seed: int) -> list[tuple[int, int | None]]:
     return [*dict.fromkeys([*chosen, *((int(j), int(k)) for j, k in rng.integers([1, 0], n + 1, (4, 2)))])]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_frames_seen_from_any_other(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     asked = places_of(machine, 5)
@@ -207,6 +209,7 @@ def test_frames_seen_from_any_other(machine: Machine, scene: Scene, tmp_path: Pa
             assert error(found, [wanted(model, j, k) for j, k in asked]) < TOLERANCE, model
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_jacobians_make_velocities_and_accelerations(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     """V = J qd and V' = J qdd + jacobian_dot_qd, in the axes of the base and in those of a moving frame."""
@@ -292,6 +295,7 @@ def test_against_pinocchio(seed: int, tmp_path: Path) -> None:
 # Forces
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_reaction_wrenches(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     """Against 50 digits; along their axes they are the torques, less rotors and friction."""
@@ -325,6 +329,7 @@ def unloaded(machine: Machine, *, wrenches: bool = False) -> Machine:
     return replace(machine, joints=tuple(joints))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_parts_of_the_bias_forces(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     """Each part is H of a machine on which nothing else acts, and they add up to H; a moving base included."""
@@ -532,6 +537,7 @@ def test_every_variable_in_the_code_matters(seed: int) -> None:
 LINEAR = ("velocities", "accelerations", "jacobian_dot_qd", "reaction_wrenches", *PARTS, "energy", "geometric_model")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", [*LINEAR, "jacobian"])
 def test_operations_of_long_machines(model: str) -> None:
     """Twice as many joints, twice (or four times) the operations."""
@@ -543,6 +549,7 @@ def test_operations_of_long_machines(model: str) -> None:
     assert (tree.products <= many and tree.add <= more) or model in ("friction_forces", "external_forces")
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("model", [*LINEAR, "jacobian"])
 def test_work_of_tracing_long_machines(model: str) -> None:
     """Twice as many joints, twice (or four times) the work; 30 joints are traced in a moment."""
@@ -576,9 +583,9 @@ def test_operation_counts_do_not_grow(model: str, outputs: tuple[str, ...], prod
 @pytest.mark.parametrize(
     ("model", "output", "reason"),
     [
-        ("velocities", "joint9", "no joint 'joint9'; did you mean"),
+        ("velocities", "joint9", "no frame 'joint9'; did you mean"),
         ("jacobian", "joint2 in tabel", "no frame 'tabel'"),
-        ("jacobian", "tool in base", "no joint 'tool'"),
+        ("jacobian", "tool in base", "no frame 'tool'"),
         ("accelerations", "joint1 in joint2 in joint3", "write one frame in one other"),
         ("geometric_model", "joint1 in ", "no frame ''"),
         ("reaction_wrenches", "joint1 in base", "only geometric_model, velocities"),

@@ -10,12 +10,12 @@ import pytest
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Floating, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.numerics.arrays import evaluate_arrays
+from symoro_elastic.models.programs.catalogue import trace, trace_scene
+from symoro_elastic.numerics.evaluation.arrays import evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification.states import moderate_states
-from tests.references.random_machines import random_machine
+from tests.references.random_machines import random_machine, with_springs_beside_motors
 
 pytestmark = pytest.mark.sampled(5)
 
@@ -25,12 +25,13 @@ SEEDS = range(8)
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_matrices_against_dual_numbers(seed: int) -> None:
-    """Springs, dampers, friction, wrenches, prismatic joints, trees.
+    """Springs, beside motors too, dampers, friction, wrenches, prismatic joints, trees.
 
     Both ways sum at most some hundred products along a chain of 6 bodies, each rounded by 1.1e-16 of its size: the
     random sum of 500 such errors is 2.5e-15 of the largest entry. 1e-14 leaves four times that.
     """
     machine = random_machine(seed, joints=6, massless=0.0)
+    machine = with_springs_beside_motors(machine) if seed % 2 else machine
     states = moderate_states(machine, 3)
     found = evaluate_arrays(trace(machine, MODEL), states, parameter_values(machine), np.float64)
     motion, n = EquationsOfMotion(machine), len(machine.independent)

@@ -9,7 +9,7 @@ import pytest
 
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.numerics.verification.verify import verify
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -71,6 +71,7 @@ def test_energy_is_conserved(tmp_path: Path) -> None:
     assert drifts[1] < drifts[0] / 10 and drifts[2] < drifts[1] / 10
 
 
+@pytest.mark.thorough
 def test_stiff_springs_make_a_rigid_machine(tmp_path: Path) -> None:
     """At the deflection that carries the load, motor accelerations tend to the rigid machine's as 1/k."""
     machine = chain(4, elastic=(2, 4))

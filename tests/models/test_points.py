@@ -18,8 +18,8 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.scene import ALL, Parts, Point, RequestedPart, Scene
-from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
-from symoro_elastic.models.model import Frame
+from symoro_elastic.models.bound.model import Frame
+from symoro_elastic.models.programs.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.pages.equations.page import html_page, latex_document
 from tests.compiled_models import cell, vector
@@ -215,8 +215,8 @@ def test_points_in_a_machine_file(form: Any) -> None:
         ("jacobian", "joint2 at (1, 2, q1)", "'q1' is not a parameter of the machine"),
         ("jacobian", "joint2 at (1, 2*, 3)", "the expression ends too early"),
         ("jacobian", "joint2 at (1, open('x'), 3)", "is not arithmetic"),
-        ("jacobian", "joint2 at (1, 2, 3) at (1, 2, 3)", "write one point of one frame"),
-        ("jacobian", "joint9 at (1, 2, 3)", "no joint 'joint9'"),
+        ("jacobian", "joint2 at (1, 2, 3) at (1, 2, 3)", "write a single point of a frame"),
+        ("jacobian", "joint9 at (1, 2, 3)", "no frame 'joint9'"),
         ("inverse_position_model", "joint2 at (1, 2, 3)", "only geometric_model, velocities, accelerations"),
         ("direct_dynamics", "joint2 at (1, 2, 3)", "only geometric_model, velocities, accelerations"),
     ],

@@ -13,12 +13,11 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Floating, Machine
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.mechanism import without_loads
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.coordinate_inertia import coordinate_inertia
-from symoro_elastic.models.floating_base import inertia
-from symoro_elastic.models.position import Position
-from symoro_elastic.models.rules import held_rules
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.bound.bind import Bound, coordinate_inertia
+from symoro_elastic.models.bound.position import Position
+from symoro_elastic.models.bound.rules import held_rules
+from symoro_elastic.models.dynamics.floating_base import inertia
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.counted_calls import calls_of
 from tests.references.random_machines import chain, led_by_the_first, random_machine

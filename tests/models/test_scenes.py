@@ -21,9 +21,9 @@ from symoro_elastic.generation.views import models_json
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.models.traced import summary
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.packaging import summary
+from symoro_elastic.models.programs.catalogue import TracedModel, trace_scene
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import OperationCount
@@ -106,6 +106,7 @@ def counts(model: TracedModel) -> tuple[int, int, int]:
 # Some outputs
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_some_outputs_are_those_of_the_whole(machine: Machine) -> None:
     """In the order asked; bit by bit, since the graph and its values are the same."""
@@ -135,6 +136,7 @@ def test_the_inverse_model_gives_what_is_asked_of_each_joint(machine: Machine) -
             assert model.rows == ({"tau": (j,), "qdd": ()} if is_motor(machine, j) else {"tau": (), "qdd": (j,)})
 
 
+@pytest.mark.thorough
 def test_no_outputs_means_all() -> None:
     machine = machines()[2]
     empty = traces(machine, Scene(outputs=dict.fromkeys(FIVE, ())))
@@ -210,6 +212,7 @@ def solved(matrix: Array, right: Array) -> Array:
     return np.array(list(mpmath.lu_solve(mpmath.matrix(matrix.tolist()), mpmath.matrix(right.tolist()))), dtype=object)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_a_locked_joint_is_the_whole_machine_constrained(machine: Machine) -> None:
     """Each joint in turn, then two at once, against the 50-digit reference of the whole machine."""
@@ -272,6 +275,7 @@ def test_all_joints_locked_leaves_the_frames(tmp_path: Path) -> None:
 # Gravity and folded parameters
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_without_gravity(machine: Machine) -> None:
     weightless = replace(machine, base=replace(machine.base, gravity=Base().gravity))

@@ -14,12 +14,12 @@ from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.machine import KnownOfBase, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.models.model import Model, Result
-from symoro_elastic.models.state import State, rows_carried, rows_of_state, split_into
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import c_code, equations_on_floats, import_package, numpy_code
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.bound.model import Model, Result
+from symoro_elastic.models.bound.state import State, rows_carried, rows_of_state, split_into
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import MODELS
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.verification.implementations import c_code, equations_on_floats, import_package, numpy_code
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.quantities import QUANTITIES, Quantity, Role, Samples
 from symoro_elastic.quantities.units import same

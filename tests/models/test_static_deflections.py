@@ -15,14 +15,14 @@ import pytest
 from symoro_elastic.formats import read_machine, read_scene
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.machine import Body, Floating, Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
-from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.models.programs.catalogue import trace, trace_scene
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.verification.verify import verify

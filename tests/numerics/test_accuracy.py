@@ -14,12 +14,13 @@ import pytest
 
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, SINGLE
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.programs.catalogue import TracedModel, trace
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification import accuracy
 from symoro_elastic.numerics.verification.accuracy import (
     NoEnclosure,
+    Reference,
     distance,
     enclosures,
     measure,
@@ -59,6 +60,7 @@ def symbols_of(traced: TracedModel, states: States, k: int, values: Mapping[str,
     return symbols
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", MACHINES)
 def test_errors_that_are_put_in_come_out(name: str) -> None:
     """The exact result, rounded, then one entry of a state spoilt by 1000 u of the largest."""
@@ -66,22 +68,23 @@ def test_errors_that_are_put_in_come_out(name: str) -> None:
     traced, states, values = trace(machine, "direct_dynamics"), at.moderate(machine, 6), parameter_values(machine)
     truth = exact(traced, states, values)
     results = np.array([[float(x) for x in row] for row in truth])
-    found = measure(traced, {"qdd": results}, states, values)
+    found = measure(Reference(traced, states, values), {"qdd": results})
     assert found.judged == 6 and found.worst <= 1 and 0 < found.typical <= found.worst < found.input_effect
     results[4, 1] += 1000 * 2.0**-53 * np.abs(results[4]).max()
-    spoilt = measure(traced, {"qdd": results}, states, values)
+    spoilt = measure(Reference(traced, states, values), {"qdd": results})
     assert spoilt.at == 4 and abs(spoilt.worst - 1000) <= 2
     assert spoilt.relative == spoilt.worst * 2.0**-53
 
 
+@pytest.mark.thorough
 def test_results_in_two_parts_are_judged_by_balls() -> None:
     machine = MACHINES["arm"]
     traced, states, values = trace(machine, "direct_dynamics"), at.moderate(machine, 3), parameter_values(machine)
     truth = exact(traced, states, values)
     high = np.array([[float(x) for x in row] for row in truth])
     low = np.array([[float(x - float(x)) for x in row] for row in truth])
-    assert measure(traced, {"qdd": (high, low)}, states, values, DOUBLE_DOUBLE).worst <= 1
-    assert measure(traced, {"qdd": high}, states, values, DOUBLE_DOUBLE).worst > 2.0**48
+    assert measure(Reference(traced, states, values), {"qdd": (high, low)}, DOUBLE_DOUBLE).worst <= 1
+    assert measure(Reference(traced, states, values), {"qdd": high}, DOUBLE_DOUBLE).worst > 2.0**48
 
 
 def test_every_way_to_the_truth_gives_the_same() -> None:
@@ -108,9 +111,9 @@ def test_single_precision_is_measured_in_its_own_ulps() -> None:
     traced = trace(machine, "inverse_dynamics")
     states, values = round_states(at.moderate(machine, 50), SINGLE), rounded_values(parameter_values(machine), SINGLE)
     results = evaluate_arrays(traced, states, values, np.float32)
-    found = measure(traced, results, states, values, SINGLE)
+    found = measure(Reference(traced, states, values), results, SINGLE)
     assert 0.25 < found.typical < found.worst < 4 * found.input_effect < 4000
-    assert measure(traced, results, states, values, DOUBLE).worst == pytest.approx(found.worst * 2**29)
+    assert measure(Reference(traced, states, values), results, DOUBLE).worst == pytest.approx(found.worst * 2**29)
 
 
 def test_constants_are_rounded_once_as_in_generated_code() -> None:
@@ -126,13 +129,14 @@ def test_without_extended_precision_balls_judge_every_state(monkeypatch: pytest.
     machine = MACHINES["tree"]
     traced, states, values = trace(machine, "inverse_dynamics"), at.moderate(machine, 5), parameter_values(machine)
     results = evaluate_arrays(traced, states, values, np.float64)
-    found = measure(traced, results, states, values)
+    found = measure(Reference(traced, states, values), results)
     monkeypatch.setattr(accuracy, "HAS_EXTENDED", False)
-    rigorous = measure(traced, results, states, values)
+    rigorous = measure(Reference(traced, states, values), results)
     assert (rigorous.worst, rigorous.at) == (found.worst, found.at) and math.isnan(rigorous.input_effect)
     assert rigorous.typical == pytest.approx(found.typical, rel=1e-2)
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_judged_is_not_and_what_is_no_number_is_infinitely_wrong() -> None:
     machine = MACHINES["arm"]
     traced, states, values = trace(machine, "direct_dynamics"), at.moderate(machine, 4), parameter_values(machine)
@@ -140,11 +144,11 @@ def test_what_cannot_be_judged_is_not_and_what_is_no_number_is_infinitely_wrong(
     rates[2] = 1e200
     beyond = at.changed(states, qd=rates)
     results = evaluate_arrays(traced, beyond, values, np.float64)["qdd"]
-    assert measure(traced, {"qdd": results}, beyond, values).judged == 3
+    assert measure(Reference(traced, beyond, values), {"qdd": results}).judged == 3
     results[1, 0] = math.nan
-    found = measure(traced, {"qdd": results}, beyond, values)
+    found = measure(Reference(traced, beyond, values), {"qdd": results})
     assert found.at == 1 and found.worst == math.inf and found.typical < 10
-    nothing = measure(traced, {"qdd": results[2:3]}, beyond[2:3], values)
+    nothing = measure(Reference(traced, beyond[2:3], values), {"qdd": results[2:3]})
     assert nothing.judged == 0 and math.isnan(nothing.worst)
 
 

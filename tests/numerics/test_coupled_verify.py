@@ -12,11 +12,11 @@ import pytest
 
 from symoro_elastic.codegen import compile as compiling
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.coordinates import Coordinates
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.loops import plan as plans
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.loops.coordinates import Coordinates
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.coupled_disagreement import branch_error
 from symoro_elastic.numerics.verification.reference import Reference
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
@@ -30,6 +30,7 @@ from tests.references.random_machines import led_by_the_first, random_machine
 pytestmark = pytest.mark.sampled(8)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.optimised
 @pytest.mark.parametrize("name", FILES)
 def test_all_machines_pass(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,6 +45,7 @@ def test_all_machines_pass(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
             assert worst is not None and worst.moderate < 1e-12
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [43, 51, 58, *range(7)])
 def test_random_transmissions_pass(seed: int) -> None:
     """The last joint follows the first one: fixed frames, springs and motors lie between them."""
@@ -52,6 +54,7 @@ def test_random_transmissions_pass(seed: int) -> None:
     assert found.ok and not found.missing and found.disagreement < 1e-40
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("name", FILES)
 @in_digits(50)
 def test_reference_is_that_of_multipliers(name: str) -> None:
@@ -76,6 +79,7 @@ def _cuts(whole: Any) -> dict[str, float]:
     return {name: given.get(name, 0.0) for name in Chain(whole).cuts}
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("draw", [moderate_states, extreme_states])
 @pytest.mark.parametrize("name", [name for name in FILES if machine(name).loops])
 def test_loops_close_at_every_state(name: str, draw: Any) -> None:
@@ -90,6 +94,7 @@ def test_loops_close_at_every_state(name: str, draw: Any) -> None:
         assert away < 2e-16
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("quantity", ["gam_x", "S_x"])
 def test_a_wrong_coupling_is_found(quantity: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The code and the reference share the traced coupling, which differences of positions contradict."""

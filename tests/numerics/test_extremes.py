@@ -24,6 +24,7 @@ pytestmark = pytest.mark.sampled(5)
 pytest.importorskip("flint")
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("case", corpus(), ids=lambda case: case.name)
 def test_errors_are_within_their_bounds(case: Extreme) -> None:
     with compiled(case.machine) as code:
@@ -47,6 +48,7 @@ def test_warnings_name_the_cell(machine: Machine, words: str) -> None:
     assert words in warning
 
 
+@pytest.mark.thorough
 def test_overflow_gives_no_number() -> None:
     """Squares of these velocities are beyond double precision, exactly too."""
     machine = elastic_arm(1000.0)
@@ -67,6 +69,7 @@ def test_a_locked_gimbal_has_no_finite_acceleration() -> None:
             enclosures(code.traced[DIRECT].program, symbols | rates, 1e-20)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("number", NOT_FINITE.values(), ids=NOT_FINITE)
 @pytest.mark.parametrize("argument", ["q", "qd", "tau"])
 def test_no_number_in_none_out(argument: str, number: float) -> None:

@@ -16,11 +16,11 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import trace_scene
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.programs.catalogue import trace_scene
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.forms import WITHIN, Choice, chosen_form, fewest_operations, with_form
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.numerics.verification.states import States, moderate_states
 from tests.benchmarks.commands import coupled
 from tests.references.random_machines import chain, planar_2r, random_machine
@@ -83,13 +83,15 @@ def test_a_predicted_loss_is_there() -> None:
     assert "but it is less accurate: predicted error" in found.reason
 
 
+@pytest.mark.thorough
 def test_more_operations_are_never_chosen() -> None:
     found = choice("two_axis.toml")
     recursion, inertia = found.forms
     assert found.chosen == RECURSION and inertia.operations > recursion.operations
-    assert found.sentence == "direct_dynamics by the recursion: 240 operations, the inertia matrix takes 585"
+    assert found.sentence == "direct_dynamics by the recursion: 240 operations, the inertia matrix needs 585"
 
 
+@pytest.mark.thorough
 def test_long_chains_are_decided_without_a_trace_of_the_inertia_matrix() -> None:
     long = chain(40)
     found = chosen_form(long, DIRECT)
@@ -97,12 +99,14 @@ def test_long_chains_are_decided_without_a_trace_of_the_inertia_matrix() -> None
     assert fewest_operations(long) == sum(k * (k + 1) for k in range(40))
 
 
+@pytest.mark.thorough
 def test_fewest_operations_are_fewer_than_those_of_chains_with_couplings() -> None:
     for n in (4, 9, 14):
         through_the_matrix = trace_scene(coupled(n), replace(DIRECT, form=INERTIA))[0].program.count
         assert 0 < fewest_operations(coupled(n)) < through_the_matrix.products + through_the_matrix.add
 
 
+@pytest.mark.thorough
 def test_the_choice_is_the_same_each_time() -> None:
     assert chosen_form(machine("random 107"), DIRECT, with_errors=True) == choice("random 107")
 
@@ -120,6 +124,7 @@ def test_the_function_keeps_its_name_and_its_numbers() -> None:
     assert by_recursion.direct_dynamics([0.1, 0.2], [0.0, 0.0], [1.0, 2.0]).shape == (2,)
 
 
+@pytest.mark.thorough
 def test_auto_generates_what_is_chosen() -> None:
     name = "random 107"
     found = programs(machine(name), Scene(("direct_dynamics",), form=AUTO))

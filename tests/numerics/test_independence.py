@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import KEPT, base_grouping, numeric_grouping
-from symoro_elastic.numerics.independence import independent_columns, pivoted_qr, rank
-from symoro_elastic.numerics.rank import cross_check, numerical_relations
+from symoro_elastic.models.parameters.base_parameters import KEPT, base_grouping, numeric_grouping
+from symoro_elastic.numerics.linear.independence import independent_columns, pivoted_qr, rank
+from symoro_elastic.numerics.linear.rank import cross_check, numerical_relations
 from tests.references.random_machines import random_machine, two_children
 
 Array = NDArray[np.float64]
@@ -57,6 +57,7 @@ def test_nothing_is_independent(W: Array) -> None:
     assert rank(W, 1e-9) == 0
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("machine", [two_children(), *(random_machine(k, joints=4 + k) for k in range(4))])
 def test_relations_found_by_numbers_are_those_of_the_rules(machine: Machine) -> None:
     """The same base set, the same effects and, as the columns kept are independent, the same sums."""

@@ -13,12 +13,12 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Machine
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics import rank
-from symoro_elastic.numerics.grouping import base_parameters, checked_grouping
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.linear import rank
+from symoro_elastic.numerics.linear.grouping import base_parameters, checked_grouping
 from symoro_elastic.numerics.motion import equations_of_motion
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
-from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification import verify
 from symoro_elastic.pages.report import sections
 from symoro_elastic.symbolic.expression import reachable
@@ -67,6 +67,7 @@ def machines_in_motion() -> list[Machine]:
     return [*trees, *map(led_by_the_first, trees), *(read_machine(EXAMPLES / name)[0] for name in LOOPS)]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("machine", machines_in_motion(), ids=lambda machine: machine.name)
 @pytest.mark.parametrize("at_rest", [False, True])
 def test_slopes_in_numbers_are_the_traced_linear_model(
@@ -85,6 +86,7 @@ def test_slopes_in_numbers_are_the_traced_linear_model(
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-13 * np.abs(theirs).max(initial=1.0))
 
 
+@pytest.mark.thorough
 def test_the_linear_model_of_a_long_chain_is_not_traced(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its formulas grow with the pairs of joints; r at rest is less than half as long as in motion."""
     motion = motion_of(chain(60))
@@ -99,6 +101,7 @@ def test_formulas_of_r_grow_with_the_joints() -> None:
     assert long < 2.2 * short
 
 
+@pytest.mark.thorough
 def test_sections_of_a_report_that_are_too_long_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sections, "MOST_JOINTS", 3)
     monkeypatch.setattr(sections, "verify", refused)

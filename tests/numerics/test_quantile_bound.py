@@ -10,11 +10,17 @@ import pytest
 
 from symoro_elastic.codegen.precision import SINGLE
 from symoro_elastic.formats import read_machine
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.arrays import evaluate_arrays
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients, share_beyond
-from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.numerics.verification.accuracy import measure, round_states, rounded_values
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.arrays import evaluate_arrays
+from symoro_elastic.numerics.evaluation.quantile_bound import (
+    CONFIDENCE,
+    FITTED,
+    bound_of_more,
+    bound_of_quotients,
+    share_beyond,
+)
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.verification.accuracy import Reference, measure, round_states, rounded_values
 from symoro_elastic.numerics.verification.states import moderate_states
 
 pytestmark = pytest.mark.sampled(5)
@@ -23,6 +29,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS, SHOWN, MORE = 1000, 2000, 10_000
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("weight", [1.0, 2.0, 6.0])
 def test_a_power_law_is_within_as_often_as_fitted(weight: float) -> None:
     rng = np.random.default_rng(0)
@@ -56,6 +63,7 @@ def test_errors_of_results_that_cancel_are_within(entries: int) -> None:
     assert np.mean(kept) >= CONFIDENCE
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("judged", [1, 20])
 def test_rare_peaks_are_no_more_than_the_share(judged: int) -> None:
     """Peaks beyond a common end, which no tail shows; of several programs the first that shows none is accepted."""
@@ -67,6 +75,7 @@ def test_rare_peaks_are_no_more_than_the_share(judged: int) -> None:
     assert bound_of_more(with_peak, MORE) >= 2.0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("weight", [0.5, 2.0])
 def test_no_bound_is_below_what_was_drawn(weight: float) -> None:
     rng = np.random.default_rng(4)
@@ -91,7 +100,7 @@ def test_unseen_states_of_a_machine_are_within() -> None:
         states = moderate_states(machine, 8000, seed, values)
         results = evaluate_arrays(traced, round_states(states, SINGLE), rounded_values(values, SINGLE), np.float32)
         seen, unseen = (
-            measure(traced, {name: x[part] for name, x in results.items()}, states[part], values, SINGLE)
+            measure(Reference(traced, states[part], values), {name: x[part] for name, x in results.items()}, SINGLE)
             for part in (slice(0, 2000), slice(2000, None))
         )
         assert seen.worst < seen.unseen and unseen.worst <= seen.unseen

@@ -15,8 +15,8 @@ from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.packaging import package
+from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.verification.self_check import DOUBLE_ULP, RoundingModes, self_check
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
@@ -26,6 +26,7 @@ from tests.references.random_machines import planar_2r, random_machine
 MACHINES = {"RX90": six_axes(), "elastic arm": elastic_arm(1000.0), "tree": random_machine(5, joints=7, symbolic=True)}
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("machine", MACHINES.values(), ids=MACHINES)
 def test_the_spread_covers_the_true_error(machine: Machine) -> None:
     states = at.moderate(machine, 2000) + at.extreme(machine, 2000)
@@ -33,6 +34,7 @@ def test_the_spread_covers_the_true_error(machine: Machine) -> None:
         assert covered >= 0.999 and share < 3, (model, result)
 
 
+@pytest.mark.thorough
 def test_results_are_those_of_the_generated_code_and_the_mode_is_put_back(tmp_path: Path) -> None:
     machine = planar_2r(elastic=(2,))
     traced = trace(machine, "direct_dynamics")
@@ -46,6 +48,7 @@ def test_results_are_those_of_the_generated_code_and_the_mode_is_put_back(tmp_pa
     assert ctypes.CDLL(None).fegetround() == 0 and 1.0 + 2.0**-53 == 1.0 and -1.0 - 2.0**-53 == -1.0
 
 
+@pytest.mark.thorough
 def test_lost_digits_show() -> None:
     """Axes 1e-8 rad apart: eight digits are lost, and said to be."""
     kept, lost = (
@@ -55,6 +58,7 @@ def test_lost_digits_show() -> None:
     assert min(check.moderate.digits for check in lost) < 10
 
 
+@pytest.mark.thorough
 def test_machines_without_motors_parameters_or_any_result() -> None:
     passive = random_machine(8, joints=4, kinds=(Kind.PASSIVE, Kind.ELASTIC))
     checks = self_check(passive, Scene(models=("inverse_dynamics", "geometric_model")), states=16)
@@ -66,6 +70,7 @@ def test_machines_without_motors_parameters_or_any_result() -> None:
     assert all(check.moderate.worst < 1e-10 for check in checks) and checks[0].moderate.worst == DOUBLE_ULP
 
 
+@pytest.mark.thorough
 def test_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ["check", "--self", str(EXAMPLES / "planar_2r.toml")]
     said = CliRunner().invoke(cli, asked)

@@ -25,14 +25,14 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models import catalogue
-from symoro_elastic.models import traced as tracing
-from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.models import packaging
 from symoro_elastic.models.packaging import package
-from symoro_elastic.numerics.values import NoValues, parameter_values
+from symoro_elastic.models.programs import catalogue
+from symoro_elastic.models.programs.catalogue import trace, trace_scene
+from symoro_elastic.numerics.evaluation.linear_systems import distance
+from symoro_elastic.numerics.evaluation.values import NoValues, parameter_values
 from symoro_elastic.numerics.verification import reference
 from symoro_elastic.numerics.verification import verify as verifying
-from symoro_elastic.numerics.verification.linear_systems import distance
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.numerics.verification.verify import Verification, verify
 from symoro_elastic.symbolic.decimals import in_digits
@@ -80,6 +80,7 @@ GOOD = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.optimised
 @pytest.mark.parametrize(("machine", "scene"), GOOD)
 def test_good_machines_pass(machine: Machine, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,6 +100,7 @@ def test_good_machines_pass(machine: Machine, scene: Scene, monkeypatch: pytest.
             assert worst.moderate < 1e-13 and worst.extreme < 1e-12 and worst.ok
 
 
+@pytest.mark.thorough
 def test_default_models_and_equal_results() -> None:
     first, second = (verify(planar_2r(), states=(3, 8), seed=5) for _ in range(2))
     assert first == second and first.ok
@@ -114,6 +116,7 @@ def test_thirty_joint_tree() -> None:
     assert found.ok and found.models[0].numpy.error < 1e-12
 
 
+@pytest.mark.thorough
 def test_more_joints_than_are_solved_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Then the traced models are the reference, and one state is solved."""
     monkeypatch.setattr(verifying, "MOST_SOLVED", 3)
@@ -134,6 +137,7 @@ def spoiled(text: str, line: int) -> str:
     return "".join(lines)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("file", ["chain3.c", "chain3_batch.c"])
 @pytest.mark.parametrize("line", [0, 7, 23, 41, 60])
 def test_wrong_c_is_found(line: int, file: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -167,6 +171,7 @@ def changed_by(machine: Machine, **changed: Any) -> Machine:
     return replace(machine, joints=tuple(joints))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("changed", "wrong"),
     [
@@ -182,13 +187,14 @@ def changed_by(machine: Machine, **changed: Any) -> Machine:
 def test_wrong_models_are_found(changed: dict[str, Any], wrong: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs traced from another machine: code and equations agree, the reference does not."""
     monkeypatch.setattr(
-        tracing, "trace_scene", lambda machine, *rest: trace_scene(changed_by(machine, **changed), *rest)
+        packaging, "trace_scene", lambda machine, *rest: trace_scene(changed_by(machine, **changed), *rest)
     )
     found = verify(chain(3, elastic=(2,)), EVERYTHING, states=(2, 8))
     assert {model.name for model in found.models if not model.ok} == wrong
     assert all(not worst.ok for m in found.models if not m.ok for worst in (m.c, m.numpy, m.equations) if worst)
 
 
+@pytest.mark.thorough
 def test_wrong_inertia_matrix_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A is compared with itself in more digits, and with the recursive Newton-Euler algorithm."""
     right = catalogue.MODELS["inertia_matrix"]
@@ -205,6 +211,7 @@ def test_wrong_inertia_matrix_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.disagreement > 1e-3 and not found.ok
 
 
+@pytest.mark.thorough
 def test_not_a_number_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(verifying, "equations_on_floats", lambda values: nan_everywhere)
     found = verify(planar_2r(), states=(2, 2))
@@ -230,6 +237,7 @@ def wrist() -> Machine:
     return Machine("wrist", tuple(joints), base=Base(gravity=(ZERO, ZERO, cell(-10))))
 
 
+@pytest.mark.thorough
 def test_singular_states_are_reported() -> None:
     found = verify(wrist(), Scene(models=("direct_dynamics", "inertia_matrix")))
     direct, inertia = found.models
@@ -252,6 +260,7 @@ def described() -> Package:
     return package(machine, [trace(machine, "direct_dynamics"), trace(machine, "inverse_dynamics")], ())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("machine", [example("two_axis.toml"), example("puma560.par"), two_children(symbolic=True)])
 def test_compilers_have_nothing_to_say(compiler: str, machine: Machine, tmp_path: Path) -> None:
@@ -266,6 +275,7 @@ def test_compilers_have_nothing_to_say(compiler: str, machine: Machine, tmp_path
     )
 
 
+@pytest.mark.thorough
 def test_compiler_of_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("CC", "gcc -O1")
     assert find_compiler() == ("gcc", "-O1")
@@ -290,9 +300,10 @@ def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         find_compiler()
 
 
+@pytest.mark.thorough
 def test_a_refused_text_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     files = {name: text.replace("const double", "const duoble", 1) for name, text in render_c(described()).items()}
-    with pytest.raises(CompilationFailed, match=r"^\w+: planar_2r\.[ch]:\d+:\d+: error: .*duoble") as caught:
+    with pytest.raises(CompilationFailed, match=r": \w+: planar_2r\.[ch]:\d+:\d+: error: .*duoble") as caught:
         compile_package(described(), tmp_path, files)
     assert "\n" not in str(caught.value)
     unused = {
@@ -303,6 +314,7 @@ def test_a_refused_text_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         compile_package(described(), tmp_path, unused)
 
 
+@pytest.mark.thorough
 @pytest.mark.optimised
 def test_long_functions_are_not_optimised() -> None:
     assert compiling.optimisation(described()) == "-O2"

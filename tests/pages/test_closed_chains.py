@@ -11,10 +11,10 @@ import pytest
 
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.joint_axes import placed_machine
-from symoro_elastic.models.loops.description import described_loops
-from symoro_elastic.models.rotors import rotors
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.bound.joint_axes import placed_machine
+from symoro_elastic.models.checks.loop_descriptions import described_loops
+from symoro_elastic.models.checks.rotors import rotors
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.pages.closed_chains import closed_chain
 from tests.closed_chains.machines import FILES, machine
 from tests.command_line import EXAMPLES, ended, run
@@ -189,17 +189,20 @@ def test_a_joint_that_others_follow_faster_is_no_rotor() -> None:
     assert [rotor.joint for rotor in rotors(wrist, placed_machine(wrist, {}).q)] == ["rotor"]
 
 
+@pytest.mark.thorough
 def test_rotors_on_the_base_matter_at_no_speed() -> None:
     linkage = json.loads(run("show", EXAMPLES / "linkage.toml", "--json").stdout)
     assert linkage["rotors"]["rotor"] == {"body": True, "speed": None, "turning": []}
 
 
+@pytest.mark.thorough
 def test_shared_torques_are_said() -> None:
     assert shown(machine("gantry_rigid")).driven == 3
     output = run("show", FILES["gantry_rigid"]).stdout
     assert "4 motors drive 3 freedoms: they share torques as carriage_1 2, carriage_2 1" in output
 
 
+@pytest.mark.thorough
 def test_show_names_variables_and_loops() -> None:
     output = run("show", EXAMPLES / "sr400.par").stdout
     assert "dependent variables (by closed forms): th3 of elbow, th8 of rod" in output
@@ -216,6 +219,7 @@ def test_trees_have_no_lines_about_loops() -> None:
     assert "independent variables" not in output and "loop" not in output
 
 
+@pytest.mark.thorough
 def test_positions_that_no_branch_reaches_are_refused() -> None:
     found = ended("show", FILES["delta"], "--at", "px=2")
     assert found.code == 2 and "leg_1, leg_2, leg_3 cannot close at this position" in found.err

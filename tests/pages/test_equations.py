@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -19,10 +20,9 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.models.packaging import package
-from symoro_elastic.pages.equations.mathml import mathml, pieces
-from symoro_elastic.pages.equations.page import html_page, latex_document
+from symoro_elastic.models.programs.catalogue import MODELS, trace, trace_scene
+from symoro_elastic.pages.equations.page import html_page, latex_document, mathml, pieces
 from symoro_elastic.pages.equations.pdf import ENGINES, pdf
 from symoro_elastic.quantities import INTERMEDIATES
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
@@ -48,7 +48,7 @@ joints = [
 [parameters]
 gravity_of_earth = { value = 9.81, unit = "m/s2" }
 beta_2 = {}
-L_1 = { value = 1e-7, unit = "m<&>" }
+L_1 = { value = 1e-7, unit = "m" }
 L1 = { value = 123456789 }
 k_spring = {}
 mu_1 = {}
@@ -78,8 +78,12 @@ pivot = { mass = 0, first_moments = ["MX", 0, 0], inertia_at_origin = [0, 0, "IZ
 
 
 def machine(name):
-    text = {"odd": ODD, "one_joint": ONE_JOINT}.get(name)
-    return toml.read(text, f"{name}.toml") if text else read_machine(EXAMPLES / name)[0]
+    """The machine of a name; that of odd names has a parameter with signs to be escaped, which no file may have."""
+    if name != "odd":
+        return toml.read(ONE_JOINT, "one_joint.toml") if name == "one_joint" else read_machine(EXAMPLES / name)[0]
+    whole = toml.read(ODD, "odd.toml")
+    odd = [replace(x, unit="m<&>") if x.name == "L_1" else x for x in whole.parameters]
+    return replace(whole, parameters=tuple(odd))
 
 
 @cache
@@ -153,6 +157,7 @@ def result_cells(solved, values):
             yield [reader.value(cell, values) for cell in re.split(r" & | \\\\ ", inside)]
 
 
+@pytest.mark.sampled(30)
 @cases
 def test_closed_forms_have_the_values_of_the_program(name, model):
     sympy = pytest.importorskip("sympy")
@@ -215,6 +220,7 @@ def test_long_results_are_not_tried():
     assert written_out("rx90.par", "direct_dynamics") == {}
 
 
+@pytest.mark.thorough
 def test_symbols_are_never_shared():
     for name, model in CASES:
         _, function = made(name, model)
@@ -231,6 +237,7 @@ def test_names_that_would_look_alike_keep_their_own_spelling():
     assert symbols["k_spring"] == r"k_{\mathrm{spring}}"
 
 
+@pytest.mark.thorough
 def test_every_quantity_of_the_models_is_in_the_table():
     """A new quantity needs a row in quantities/intermediates.py."""
     for name, model in CASES:
@@ -280,6 +287,7 @@ def test_numbers_are_short_and_exact(value, printed):
     assert number(value).negative == (value < 0)
 
 
+@pytest.mark.sampled(30)
 @cases
 def test_latex_is_balanced_and_plain(name, model):
     text = latex_document(*made(name, model))
@@ -292,6 +300,7 @@ def test_latex_is_balanced_and_plain(name, model):
     assert sorted(re.findall(r"\\begin{(\w+)}", text)) == sorted(re.findall(r"\\end{(\w+)}", text))
 
 
+@pytest.mark.sampled(30)
 @cases
 def test_the_page_stands_alone(name, model):
     text = html_page(*made(name, model))
@@ -424,6 +433,7 @@ def test_documents_compile_until_page_numbers_are_right(name, model, tmp_path, m
 SEVERAL = ("inertia_matrix", "bias_forces", "inverse_dynamics")
 
 
+@pytest.mark.thorough
 def test_several_models_are_on_one_page(tmp_path):
     """Each with its own summary and places; links of a model lead to its own lines."""
     alone = [se.equations("examples/planar_2r.toml", name) for name in SEVERAL]

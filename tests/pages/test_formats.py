@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS, NamedColumn, named_columns
+from symoro_elastic.analysis.time_series.measurements import NAMED_COLUMNS, NamedColumn, named_columns
 from symoro_elastic.formats import read_machine, read_scene
 from symoro_elastic.formats.par import syntax as par_syntax
 from symoro_elastic.formats.par.keys import KEYS
@@ -20,7 +21,6 @@ from symoro_elastic.formats.toml import motion_keys
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.pages.formats import formats_page
 
 ROOT = Path(__file__).parents[2]
@@ -69,7 +69,8 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
             yield drive_keys.DRIVES, drive
             yield from ((part, drive.get(key, {})) for key, part in OF_DRIVE.items())
             yield from ((drive_keys.FILTERS, entry) for entry in drive.get("filters", ()))
-        yield from ((toml_keys.LOOPS, entry) for entry in top.get("loops", {}).values())
+        for section in (toml_keys.LOOPS, toml_keys.FRAMES):
+            yield from ((section, entry) for entry in top.get(section.heading[1:-1], {}).values())
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})
         yield from of_motion(top)
@@ -115,17 +116,14 @@ def test_every_key_of_par_stands_in_an_example() -> None:
 
 
 @pytest.mark.parametrize("column", NAMED_COLUMNS, ids=lambda column: column.name)
-def test_columns_are_read_in_every_unit_that_is_listed(column: NamedColumn) -> None:
+def test_columns_are_read_in_the_units_and_by_the_examples_that_are_listed(column: NamedColumn) -> None:
+    """Of a joint that turns and of one that slides; the example has another factor."""
     machine, _ = read_machine(EXAMPLES / "all_keys.toml")
-    for name in ("table", "slide"):
+    turning, sliding = "table", "slide"
+    for name, unit in zip((turning, sliding), (column.unit.split(" or ") * 2)[:2], strict=True):
         header = column.name.replace("<joint>", name).replace("<motor>", name)
-        known = 0
-        for unit in column.units:
-            try:
-                named, warnings = named_columns({f"{header} [{unit}]": np.ones(3)}, machine, "file")
-            except InputError as error:
-                assert "no unit" in str(error)
-            else:
-                known += 1
-                assert named and not warnings
-        assert known >= 2
+        named, warnings = named_columns({f"{header} [{unit}]": np.ones(3)}, machine, "file")
+        assert next(iter(named.values())).tolist() == [1.0] * 3 and not warnings
+    example = re.sub("elbow|shoulder", turning, column.example)
+    named, warnings = named_columns({example: np.ones(3)}, machine, "file")
+    assert next(iter(named.values()))[0] not in (0.0, 1.0) and not warnings

@@ -22,15 +22,14 @@ from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.dynamics import SingularPivot
 from symoro_elastic.mechanics.lagrange import inertia_matrix
-from symoro_elastic.models.base_steps import base_models
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
-from symoro_elastic.models.implicit_steps import implicit_system
-from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.models.naming import name_composites
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Joints, Model, Result, Results
+from symoro_elastic.models.bound.naming import name_composites
 from symoro_elastic.models.packaging import reserved_words
-from symoro_elastic.models.time_steps import ways_to_give_motors
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.programs.catalogue import MODELS, TracedModel, trace
+from symoro_elastic.models.steps.implicit_steps import base_models, implicit_system
+from symoro_elastic.models.steps.time_steps import ways_to_give_motors
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.pages.equations.page import html_page, latex_document
 from symoro_elastic.quantities import (

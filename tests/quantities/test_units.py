@@ -17,8 +17,8 @@ from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, KnownOfBase, Machine, Parameter
 from symoro_elastic.machine.scene import COMPONENTS
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.programs.catalogue import MODELS, TracedModel, trace
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.quantities import INTERMEDIATES, PREFIXES, Intermediate, PairUnit, Quantity, Unit
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.models.test_floating_base import HULL, on
@@ -176,7 +176,7 @@ CASES = [
 ]
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("machine", CASES, ids=range(len(CASES)))
 def test_numbers_change_as_their_units_say(machine: Machine) -> None:
     wrong, seen = set(), 0

@@ -147,12 +147,12 @@ class Chain:
     # Forces on own variables
 
     def spring_energy(self, variables: Variables) -> Any:
-        """Sum of k(x) (x - x0)^2 / 2 over the elastic joints."""
+        """Sum of k(x) (x - x0)^2 / 2 over elastic joints, and over motors with springs beside them."""
         energy = mpf(0)
-        if not self.machine.elastic:
+        if not self.machine.sprung:
             return energy
         numbers = self.numbers(variables)
-        for j in self.machine.elastic:
+        for j in self.machine.sprung:
             row = numbers.joints[j - 1]
             stretch = variables[_variable(self.machine.joint(j))] - row.neutral
             energy = row.stiffness * stretch * stretch / 2 + energy

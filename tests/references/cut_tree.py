@@ -17,8 +17,8 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Closing, Kind, Machine
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.numerics.evaluation.values import given_values
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 DIFFERENCE = 1e-5
 """Of time, s, that rows are moved by to differentiate them: errors are of its square."""

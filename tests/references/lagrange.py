@@ -18,7 +18,7 @@ import mpmath
 import sympy as sp
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.once import once_for_each_machine
+from symoro_elastic.models.tree.once import once_for_each_machine
 from tests.references.numbers_of_machine import (
     Arithmetic,
     Array,

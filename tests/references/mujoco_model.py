@@ -7,7 +7,8 @@ friction is a constraint there: it is added to MuJoCo's forces by its law.
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,25 +18,29 @@ import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.formats.files import load_text
-from symoro_elastic.formats.robots.robot_formats import MJCF
+from symoro_elastic.formats.robots.converting import MJCF
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import free_name
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.valid_names import with_valid_names
-from symoro_elastic.models.packaging import reserved_words
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import reserved_words, trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
+from symoro_elastic.quantities.frames import JOINT, LINK, SITE
 
 mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file into the working folder
 Array = np.ndarray[Any, np.dtype[np.float64]]
 OFF = ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY", "ACTUATION")
 TENDONS = ("stiffness", "damping", "frictionloss", "armature")
-MODELS = ("inverse_dynamics", "direct_dynamics", "geometric_model")
+MODELS = ("inverse_dynamics", "direct_dynamics", "geometric_model", "jacobian")
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Largest differences relative to the largest force, to the size of the robot, and to the largest acceleration."""
+    """Largest differences relative to the largest force, to the size of the robot, and to the largest acceleration.
+
+    Frames are those of bodies, joints and sites, with the Jacobians of bodies and sites.
+    """
 
     forces: float
     frames: float
@@ -50,6 +55,7 @@ class Compared:
     names: tuple[str, ...]
     generated: ModuleType
     model: Any
+    compared: set[tuple[str, str]] = field(default_factory=set)
 
     @classmethod
     def of_file(cls, path: Path) -> Compared:
@@ -67,8 +73,9 @@ class Compared:
     @classmethod
     def _of(cls, machine: Machine, names: tuple[str, ...], model: Any) -> Compared:
         check(machine)
+        models = MODELS if machine.independent else MODELS[:-1]
         with tempfile.TemporaryDirectory() as folder:
-            generated = import_package(render_numpy(trace_models(machine, Scene(models=MODELS)).package), Path(folder))
+            generated = import_package(render_numpy(trace_models(machine, Scene(models=models)).package), Path(folder))
         return cls(machine, names, generated, modelled_part(model))
 
     def errors(self, states: int, seed: int = 1) -> Errors:
@@ -125,6 +132,11 @@ class Compared:
         return self.model.joint(int(self.model.body_jntadr[number]))
 
     @property
+    def has_balls(self) -> bool:
+        """Whether a joint of MuJoCo is three rows of the machine."""
+        return bool((self.model.jnt_type == mujoco.mjtJoint.mjJNT_BALL).any())
+
+    @property
     def _free(self) -> Any:
         (number,) = np.flatnonzero(self.model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
         return self.model.joint(number)
@@ -149,25 +161,61 @@ class Compared:
         return applied, rows
 
     def _of_frames(self, data: Any, state: dict[str, Array]) -> float:
-        """Of axes and anchors of joints, and of bodies on fixed rows."""
-        placed = self.generated.geometric_model(state["q"])
+        """Of bodies, anchors of joints, and sites, by their names in the file."""
         base = np.eye(4)
         if self.machine.floating:
             base[:3, :3], base[:3, 3] = state["R0"].reshape(3, 3), (0.3, -0.2, 0.5)
-        frames = dict(zip(self.generated.FRAMES, base @ placed, strict=True))
-        size = np.abs(data.xanchor - base[:3, 3]).max() or 1.0
-        joints, bodies = self._names("njnt", "joint"), self._names("nbody", "body")
+        placed = base @ self.generated.geometric_model(state["q"])
+        columns = self.generated.jacobian(state["q"]) if self.machine.independent else np.zeros((len(placed), 6, 0))
+        size = max(np.abs(data.xanchor - base[:3, 3]).max(), np.abs(data.xpos - base[:3, 3]).max()) or 1.0
         found = [0.0]
-        for row, name in zip(self.machine.joints, self.names, strict=True):
-            T = frames.get(row.name)
-            if T is not None and row.sigma == 2 and name in bodies:
-                b = bodies[name]
-                found += [np.abs(T[:3, :3].ravel() - data.xmat[b]).max(), np.abs(T[:3, 3] - data.xpos[b]).max() / size]
-            elif T is not None and name in joints:
-                found.append(np.abs(T[:3, 2] - data.xaxis[joints[name]]).max())
-                apart = np.cross(T[:3, 3] - data.xanchor[joints[name]], T[:3, 2])
-                found.append(np.abs(apart).max() / size if row.sigma == 0 else 0.0)
+        for what, name, T, jacobian in self._named(data):
+            k = next((k for text in (f"{what} {name}", name) if (k := self._number(text)) is not None), None)
+            if k is None:
+                continue
+            found.append(np.abs(placed[k, :3, 3] - T[:3, 3]).max() / size)
+            if what != JOINT:
+                found.append(np.abs(placed[k, :3, :3] - T[:3, :3]).max())
+                J = np.concatenate([base[:3, :3] @ columns[k, :3], base[:3, :3] @ columns[k, 3:]])
+                found.append(np.abs(J - self._of_coordinates(jacobian)).max(initial=0.0) / size)
+                self.compared.add((what, name))
         return float(max(found))
+
+    def _named(self, data: Any) -> Iterator[tuple[str, str, Array, Array]]:
+        """Bodies, sites and joints with a name: placements in the world, and Jacobians by MuJoCo's velocities."""
+        slid = data.xaxis * [self._slide(data, j) for j in range(self.model.njnt)]
+        parts = (
+            (LINK, "nbody", "body", data.xpos, data.xmat, mujoco.mj_jacBody),
+            (SITE, "nsite", "site", data.site_xpos, data.site_xmat, mujoco.mj_jacSite),
+            (JOINT, "njnt", "joint", data.xanchor + slid, None, None),
+        )
+        for what, count, kind, origins, axes, jacobian in parts:
+            for name, k in self._names(count, kind).items():
+                T, J = np.eye(4), np.zeros((6, self.model.nv))
+                T[:3, 3] = origins[k]
+                if jacobian:
+                    T[:3, :3] = axes[k].reshape(3, 3)
+                    jacobian(self.model, data, J[:3], J[3:], k)
+                if name:
+                    yield what, name, T, J
+
+    def _slide(self, data: Any, j: int) -> list[float]:
+        """How far a slide is from its reference, m, by which MuJoCo does not move its anchor."""
+        at = self.model.jnt_qposadr[j]
+        slides = self.model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE
+        return [data.qpos[at] - self.model.qpos0[at] if slides else 0.0]
+
+    def _number(self, name: str) -> int | None:
+        names = self.generated.FRAMES
+        what, _, own = name.rpartition(" ")
+        known = (x for x in (name, f"{what} {free_name(own)}".strip()) if x in names)
+        return next(map(names.index, known), None)
+
+    def _of_coordinates(self, jacobian: Array) -> Array:
+        """The columns of the machine's coordinates, joints that follow others with theirs."""
+        v = [int(self._joint(j).dofadr[0]) for j in self.machine.independent]
+        found: Array = jacobian[:, v]
+        return found
 
     def _names(self, count: str, kind: str) -> dict[str, int]:
         return {getattr(self.model, kind)(k).name: k for k in range(getattr(self.model, count))}

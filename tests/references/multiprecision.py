@@ -24,7 +24,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.once import once_for_each_machine
+from symoro_elastic.models.tree.once import once_for_each_machine
 from tests.references.digits import with_digits
 from tests.references.elimination import identity, solve, zeros
 from tests.references.numbers_of_machine import (
@@ -115,7 +115,7 @@ def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, val
     inertia = _inertia_matrix(numbers, _frames(numbers, q, derivatives=0))
     forces = _joint_forces(numbers, q, qd)
     for k, motor_torque in zip(numbers.motors, tau, strict=True):
-        forces[k] = _number(motor_torque)
+        forces[k] += _number(motor_torque)
     return _list(solve(inertia, forces - _generalized_forces(numbers, q, qd)))
 
 
@@ -123,15 +123,19 @@ def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, val
 def inverse_dynamics(
     machine: Machine, q: Numbers, qd: Numbers, qdd_motor: Numbers, values: Values | None = None
 ) -> tuple[list[Any], list[Any]]:
-    """(tau of the motors, qdd of all joints) by the partition [11]: Aee qdd_e = Gamma_e - He - Aer qdd_r."""
+    """(tau of the motors, qdd of all joints) by the partition [11]: Aee qdd_e = Gamma_e - He - Aer qdd_r.
+
+    The torque of a motor is what its axis needs less what a spring beside it gives.
+    """
     numbers = _read(machine, values)
     inertia, bias = _inertia_matrix(numbers, _frames(numbers, q, derivatives=0)), _generalized_forces(numbers, q, qd)
     rigid, soft = numbers.motors, numbers.among_moving(Kind.ELASTIC, Kind.PASSIVE)
     qdd = zeros(len(numbers.moving))
     for k, acceleration in zip(rigid, qdd_motor, strict=True):
         qdd[k] = _number(acceleration)
-    qdd[soft] = solve(inertia[np.ix_(soft, soft)], (_joint_forces(numbers, q, qd) - bias - inertia @ qdd)[soft])
-    return _list((inertia @ qdd + bias)[rigid]), _list(qdd)
+    springs = _joint_forces(numbers, q, qd)
+    qdd[soft] = solve(inertia[np.ix_(soft, soft)], (springs - bias - inertia @ qdd)[soft])
+    return _list((inertia @ qdd + bias - springs)[rigid]), _list(qdd)
 
 
 @in_many_digits
@@ -332,9 +336,9 @@ def _generalized_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers, qdd: N
 
 
 def _joint_forces(numbers: MachineNumbers, q: Numbers, qd: Numbers) -> Array:
-    """Gamma of the springs [9], -k (q - q0) - d qd; zero elsewhere."""
+    """Gamma of the springs [9], -k (q - q0) - d qd, of elastic joints and beside motors; zero elsewhere."""
     forces = zeros(len(numbers.moving))
-    for k in numbers.among_moving(Kind.ELASTIC):
+    for k in numbers.among_moving(Kind.ELASTIC, Kind.MOTOR):
         joint = numbers.joints[numbers.moving[k]]
         forces[k] = -joint.stiffness * (_number(q[k]) - joint.neutral) - joint.damping * _number(qd[k])
     return forces

@@ -319,6 +319,19 @@ def _with_law(rng: np.random.Generator, cells: _Cells, j: int, joint: Joint) -> 
     return replace(joint, spring=spring)
 
 
+def with_springs_beside_motors(machine: Machine, seed: int = 0) -> Machine:
+    """The machine with a spring beside each motor that can have it; its values are parameters (KM3, QM3)."""
+    rng, table, cells = np.random.default_rng(seed), [], _Cells(True)
+    for j, joint in enumerate(machine.joints, start=1):
+        spring = joint.spring
+        if joint.kind is Kind.MOTOR:
+            stiffness, neutral = cells.cell(f"KM{j}", rng.uniform(20, 200)), cells.cell(f"QM{j}", rng.uniform(0.1, 0.5))
+            spring = Spring(stiffness, neutral=neutral)
+        table.append(replace(joint, spring=spring))
+    parameters = (*machine.parameters, *cells.parameters)
+    return replace(machine, name=f"{machine.name}_sprung", joints=tuple(table), parameters=parameters)
+
+
 def _body(rng: np.random.Generator, cells: _Cells, j: int, *, central: bool = False) -> Body:
     """Six point masses within 0.3 m of a point within 0.2 m of the origin: a physical body with all ten parameters."""
     masses = rng.uniform(0.2, 1.5, 6)

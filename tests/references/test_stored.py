@@ -24,7 +24,8 @@ def test_a_stored_result_is_read_in_its_digits() -> None:
 
 
 @pytest.mark.parametrize("changed", ["machine", "state", "digits"])
-def test_what_has_changed_is_an_error_that_says_what_to_run(changed: str) -> None:
+def test_what_has_changed_is_an_error_that_says_what_to_run(changed: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_mode", [])
     machine = replace(ARM, joints=ARM.joints[:1]) if changed == "machine" else ARM
     qd = [QD[0] + 1e-16 + abs(QD[0]) * 2**-50, QD[1]] if changed == "state" else QD
     with pytest.raises(LookupError, match=r"inertia_and_bias for planar_2r .*stored --regenerate"):
@@ -34,6 +35,7 @@ def test_what_has_changed_is_an_error_that_says_what_to_run(changed: str) -> Non
 def test_a_result_that_is_not_what_is_stored_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is one of those that every run computes anew."""
     monkeypatch.setattr(module, "RECOMPUTED", 1)
+    monkeypatch.setattr(module, "_mode", [])
     stored(inertia_and_bias, ARM, Q, QD)
 
     def inertia_and_bias_of_another(*state: object) -> object:

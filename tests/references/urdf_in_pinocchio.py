@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin  # type: ignore[import-untyped, unused-ignore]
 
+from symoro_elastic.quantities.frames import JOINT, LINK
 from tests.references.numbers_of_machine import Array
 
 Values = dict[str, float]
@@ -64,8 +65,11 @@ class Robot:
         return found
 
     @cached_property
-    def links(self) -> list[str]:
-        return [str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY]
+    def named(self) -> dict[tuple[str, str], int]:
+        """Numbers of the frames of links and joints, by what they are of and its name in the file."""
+        kinds = {pin.FrameType.BODY: LINK, pin.FrameType.JOINT: JOINT, pin.FrameType.FIXED_JOINT: JOINT}
+        frames = [(kinds.get(frame.type, ""), str(frame.name)) for frame in self.model.frames]
+        return {key: number for number, key in enumerate(frames) if key[0] and key[1] not in ("universe", "root_joint")}
 
     def torques(self, motion: Motion) -> Values:
         """Forces of the motors, friction overcome."""
@@ -80,12 +84,19 @@ class Robot:
                 found[leader] += factor * found[name]
         return {name: found[name] for name in self.own}
 
-    def frames(self, q: Values) -> dict[str, Array]:
-        """Placements (4, 4) of all links in the frame of the root link."""
-        pin.forwardKinematics(self.model, self.data, self._position(self._every(q, offsets=True)))
+    def frames(self, q: Values) -> dict[tuple[str, str], tuple[Array, Array]]:
+        """Placements (4, 4) of all frames in that of the root link, and Jacobians (6, own) in axes of it."""
+        pin.computeJointJacobians(self.model, self.data, self._position(self._every(q, offsets=True)))
         pin.updateFramePlacements(self.model, self.data)
-        kind = pin.FrameType.BODY
-        return {name: self.data.oMf[self.model.getFrameId(name, kind)].homogeneous.copy() for name in self.links}
+        return {key: (self.data.oMf[k].homogeneous.copy(), self._jacobian(k)) for key, k in self.named.items()}
+
+    def _jacobian(self, frame: int) -> Array:
+        J = pin.getFrameJacobian(self.model, self.data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED).reshape(6, -1)
+        found: Array = np.zeros((6, len(self.own)))
+        for name in self.joints:
+            leader, factor, _ = self._leader(name)
+            found[:, self.own.index(leader)] += factor * J[:, self._entry(name).idx_v]
+        return found
 
     def _leader(self, name: str) -> tuple[str, float, float]:
         """The joint that a joint follows in the end, itself without any, the factor and the offset."""

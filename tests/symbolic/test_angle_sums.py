@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import mpmath
@@ -18,7 +19,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace, trace_scene
+from symoro_elastic.models.programs.catalogue import trace, trace_scene
 from symoro_elastic.symbolic.angle_sums import with_angle_sums
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, reachable
@@ -43,6 +44,22 @@ def test_sums_and_differences_become_one_angle() -> None:
         value = with_angle_sums(graph, [cosine, sine])
         sums = {node.operation for node in reachable([value(cosine), value(sine)])} - {"symbol", "neg"}
         assert sums <= {"cos", "sin", "+", "-"}, "no product is left"
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_every_form_of_the_addition_theorems_keeps_its_value(sign: int, order: int) -> None:
+    """In each order in which products are made, by which sums order them."""
+    graph = Graph()
+    (ca, sa), (cb, sb) = (cosine_sine(graph, graph.symbol(name)) for name in "ab")
+    products = [x * y for x, y in [(ca, cb), (ca, sb), (sa, cb), (sa, sb), (ca, ca)][::order]]
+    numbers = {"a": mpmath.mpf("0.7"), "b": mpmath.mpf("-1.9")}
+    with mpmath.workdps(30):
+        for x, y in itertools.product([*products, *(-x for x in products)], repeat=2):
+            root = x + sign * y
+            merged = with_angle_sums(graph, [root])(root)
+            before, after = (evaluate([z], numbers, multiprecision(30))(z) for z in (root, merged))
+            assert abs(before - after) < 1e-25, (root, merged)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -72,6 +89,7 @@ def test_what_is_saved() -> None:
     assert merged["rx90.par"] == [False] * 4, "a sine and a cosine more cost more than four products"
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("precision", [DOUBLE, SINGLE, MIXED, DOUBLE_DOUBLE], ids=lambda p: p.name)
 def test_generated_code_sums_angles(precision: Precision, tmp_path: Path) -> None:
     """A sum of two angles below 10 is rounded by less than 10 u; the trigonometry and lengths below 1 m add a few u."""

@@ -144,6 +144,7 @@ def faults(node: Expression) -> list[str]:
     return found
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(st.lists(trees, min_size=1, max_size=4))
 def test_normal_form(several: list[Any]) -> None:
@@ -206,6 +207,7 @@ def leaf_count(tree: Any) -> int:
     return 1 if isinstance(tree, Fraction) or len(tree) == 1 else sum(map(leaf_count, tree[1:]))
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(positive, st.tuples(*[st.fractions(Fraction(1, 9), 9, max_denominator=64)] * 3))
 def test_float_values_have_rounding_errors_only(tree: Any, numbers: tuple[Fraction, ...]) -> None:
@@ -250,6 +252,7 @@ def angle(graph: Graph, parts: dict[str, Fraction]) -> Any:
     return graph.pi * parts["pi"] + parts["radians"] + p * parts["p"] + r * parts["r"]
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(angles, st.tuples(rationals, rationals))
 def test_cosine_and_sine_keep_their_value(parts: dict[str, Fraction], numbers: tuple[Fraction, Fraction]) -> None:
@@ -274,6 +277,7 @@ def turned(p: tuple[int, int], q: tuple[int, int]) -> tuple[int, int]:
     return (p[0] * q[0] - p[1] * q[1]) % PRIME, (p[0] * q[1] + p[1] * q[0]) % PRIME
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(angles, angles, st.integers(0, 3))
 def test_residues_of_angles_add_up(first: dict[str, Fraction], second: dict[str, Fraction], seed: int) -> None:
@@ -341,6 +345,7 @@ def test_thirds_and_sixths_are_rational_where_they_can_be() -> None:
     assert constant_value(root) == math.sqrt(3) / 2
 
 
+@pytest.mark.thorough
 @settings(max_examples=200, deadline=None)
 @given(st.fractions(-3, 3, max_denominator=97), st.fractions(-3, 3, max_denominator=97))
 def test_sums_of_rational_multiples_of_pi(first: Fraction, second: Fraction) -> None:

@@ -14,8 +14,8 @@ import pytest
 
 from symoro_elastic.codegen.body import PYTHON
 from symoro_elastic.codegen.printers import OPERATORS, Printer
-from symoro_elastic.models.polynomial import POLYNOMIALS
-from symoro_elastic.numerics.arrays import EXTENDED, arithmetic
+from symoro_elastic.models.parameters.base_parameters import POLYNOMIALS
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, arithmetic
 from symoro_elastic.symbolic.arithmetic import (
     FLOATS,
     RATIONAL,
@@ -25,10 +25,9 @@ from symoro_elastic.symbolic.arithmetic import (
     multiprecision,
     nodes,
 )
-from symoro_elastic.symbolic.differentiation import Differentiation, substitute
+from symoro_elastic.symbolic.differentiation import Differentiation, gradient, substitute
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Graph, Level
-from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.operations import OPERATIONS, Operation, Partials
 from symoro_elastic.symbolic.program import Input, Names, OperationCount, Output, Program, Section, build
 from symoro_elastic.symbolic.time_series import RECURRENCES

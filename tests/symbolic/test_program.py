@@ -20,16 +20,17 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.names import why_reserved
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.packaging import package, reserved_words
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.programs.catalogue import MODELS, TracedModel, trace, trace_scene
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
-from symoro_elastic.symbolic.operations import COSPI
+from symoro_elastic.symbolic.operations import COSPI, SYMBOL
 from symoro_elastic.symbolic.program import (
+    MAX_INLINE_DEPTH,
     Input,
     Names,
     OperationCount,
@@ -38,6 +39,7 @@ from symoro_elastic.symbolic.program import (
     Section,
     build,
     by_section,
+    rename_variables,
     saving,
 )
 from tests.counted_calls import calls_of
@@ -91,6 +93,7 @@ VARIOUS = [pytest.param(Subject(machine), id=f"{k}-{machine.name}") for k, machi
 # What is printed
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("subject", VARIOUS)
 def test_every_name_is_assigned_once_before_it_is_used_and_is_used(subject: Subject) -> None:
     for model in ALL_MODELS:
@@ -107,6 +110,7 @@ def test_every_name_is_assigned_once_before_it_is_used_and_is_used(subject: Subj
             assert given - FUNCTIONS - ARRAYS <= used, (model, "never used", given - used)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("subject", VARIOUS)
 def test_what_is_done_once_depends_on_parameters_only(subject: Subject) -> None:
     """The first part reads p and nothing else, hands on only what the second reads, and leaves it no such work."""
@@ -147,6 +151,7 @@ def test_generated_names_cannot_be_those_of_a_user(subject: Subject) -> None:
         assert [name for name in sorted(names) if why_reserved(name, reserved_words()) is None] == [], model
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "name", ["A", "H", "T", "ARM_P_x", "ARM_JOINTS", "ARM_MOTORS", "ARM_FRAMES", "ARM_PARAMETERS", "ARM_P_ARM_P_"]
 )
@@ -317,6 +322,75 @@ def test_a_name_given_first_stays_and_signs_go_outside() -> None:
     printer = Printer(program)
     assert "    const double H1 = -x*y;" in Writer(printer, C, ()).statements(program.statements)
     assert [printer.value(x) for output in program.outputs for x in output.entries] == ["-H1", "H1", "x"]
+
+
+def test_one_name_for_two_quantities_is_refused() -> None:
+    graph, here = Graph(), Section("Here")
+    x, y, z = (graph.symbol(name) for name in "xyz")
+    twice, of_a_variable = Names(), Names()
+    twice.give(x * y, "H1", here)
+    twice.give(y * z, "H1", here)
+    of_a_variable.give(x * y, "z", here)
+    for names, repeated in ((twice, "H1"), (of_a_variable, "z")):
+        with pytest.raises(ValueError, match=f"^one name for two quantities: {repeated}$"):
+            program_of(x * y, y * z, names=names)
+    assert [s.name for s in program_of(x * y, names=of_a_variable).statements] == ["z"]
+    assert twice.quantities == {"H1": x * y}
+
+
+def test_quantities_that_are_constant_are_recorded_by_their_first_name() -> None:
+    graph, names, here = Graph(), Names(), Section("Here")
+    x = graph.symbol("x")
+    for value, name in ((2 * graph.pi, "H1"), (graph.pi, "H1"), (3, "H2"), (4, "H2"), (0, "H3"), (x, "H4")):
+        names.give(value, name, here)
+    found = {constant.label: constant.value for constant in program_of(x, names=names).named_constants}
+    assert found == {("H1", here): 2 * graph.pi, ("H2", here): 3}
+
+
+def test_no_statement_is_deeper_than_the_limit() -> None:
+    graph = Graph()
+    x, y, z = (graph.symbol(name) for name in "xyz")
+    nested: Any = x
+    for _ in range(20):
+        nested = (nested + y) * z
+    program = program_of(nested)
+    assigned = {s.node.id for s in program.statements}
+
+    def depth(node: Expression) -> int:
+        return 1 + max((0 if x.id in assigned else depth(x) for x in node.needs), default=-1)
+
+    assert [depth(s.node) for s in program.statements] == [MAX_INLINE_DEPTH + 1] * 4 == [9] * 4
+
+
+def test_a_use_of_the_negative_is_a_use() -> None:
+    """Sums have a variable that are used by both signs, twice by the negative one, or as a result of parameters."""
+    graph = Graph()
+    x, y, z = (graph.symbol(name) for name in "xyz")
+    a, b = (graph.symbol(name, Level.PARAMETER) for name in "ab")
+    both = program_of((x + y) * z, -(x + y), z)
+    assert [s.node for s in both.statements if s.node == x + y] == [x + y]
+    assert [s.node for s in program_of(-(x + y), -(x + y)).statements] == [x + y]
+    assert [s.node for s in program_of(x, -(a + b)).once] == [a + b]
+
+
+def test_variables_are_renamed_wherever_they_are() -> None:
+    graph, names, here = Graph(), Names(), Section("Here")
+    x, y = graph.symbol("x"), graph.symbol("y")
+    a, b = (graph.symbol(name, Level.PARAMETER) for name in "ab")
+    names.give(x * y, "H1", here)
+    program = program_of((a + b) * x, x * y + a, y, names=names)
+    renamed = rename_variables(program, {"x": "u", "a": "c"})
+    assert (program.used, renamed.used) == ({"x", "y", "a", "b"}, {"u", "y", "c", "b"})
+    assert renamed.inputs == (Input("q", ("u", "y", "z")),)
+    before, after = (Printer(p) for p in (program, renamed))
+    for old, new in zip((*program.once, *program.statements), (*renamed.once, *renamed.statements), strict=True):
+        assert new.name == old.name and new.node.id == old.node.id
+        symbols = {n.operands[0] for n in reachable([new.node]) if n.operation == SYMBOL}
+        assert symbols.isdisjoint({"x", "a"}) and len(symbols) == len(
+            {n.operands[0] for n in reachable([old.node]) if n.operation == SYMBOL}
+        )
+    entries = [printer.value(x) for p, printer in ((program, before), (renamed, after)) for x in p.outputs[0].entries]
+    assert entries[2] == entries[5] == "y"
 
 
 # Everywhere the same

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from symoro_elastic.foundation.scalar import Element
-from symoro_elastic.models.polynomial import Polynomial
+from symoro_elastic.models.parameters.base_parameters import Polynomial
 from symoro_elastic.symbolic.duals import Dual
 from symoro_elastic.symbolic.expression import Expression, Graph, operand
 from symoro_elastic.symbolic.finite_field import Residue

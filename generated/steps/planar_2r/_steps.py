@@ -6,6 +6,8 @@ coefficients by stage, weights b of the result and error of the difference from 
 
 import numpy as np
 
+_DIGEST = 786373309  # of the files of this package: those of another run are not imported
+
 # W-method ROS34PW2, order 3; times of the nodes: t, t + 0.871733043016918 h, t + 0.7315799577888524 h, t + h.
 W3 = {
     "stages": [0, 1, 2, 3],

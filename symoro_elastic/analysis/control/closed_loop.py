@@ -16,10 +16,13 @@ from symoro_elastic.analysis.control.drive_laws import RD, RDD, TAU, XD, R, law_
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
+NOTHING = 1e-13
+"""Growth, of the fastest pole or in a period, that is rounding: of a mode without damping that no drive feels."""
+
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """The system of a plant with loops that are closed: A, and the columns of set points and of forces.
+    """A plant with closed loops as a linear system: A, and the input columns of set points and of forces.
 
     `by_set_point` are B_0, B_1, B_2 (states, axes), of the set point and its two rates, `by_force` M^-1 (states, n).
     Coordinates are those of the `free` motions of the plant; set points are those behind their filters.
@@ -34,41 +37,41 @@ class ClosedLoop:
     @property
     def poles(self) -> ComplexArray:
         """The eigenvalues of A, 1/s."""
-        found: ComplexArray = np.linalg.eigvals(self.A).astype(complex)
-        return found
+        return np.asarray(np.linalg.eigvals(self.A).astype(complex))
 
     def is_stable(self, slow: float = 0.0) -> bool:
-        """Whether all poles decay; those nearer to zero than `slow`, 1/s, do not count."""
-        poles = self.poles
-        counted = poles[np.abs(poles) > slow]
-        return bool((counted.real < 0).all())
+        """Whether no pole grows; poles slower than `slow`, 1/s, do not count."""
+        sizes, poles = np.abs(self.poles), self.poles
+        return bool((poles.real[sizes > slow] < NOTHING * sizes.max(initial=1.0)).all())
 
     @property
     def growth(self) -> float:
-        """The largest real part of a pole, 1/s: negative where all decay."""
-        return float(self.poles.real.max())
+        """Largest real part of a pole, 1/s: negative if all decay, 0 within rounding."""
+        poles = self.poles
+        growth = float(poles.real.max())
+        return growth if abs(growth) > NOTHING * np.abs(poles).max() else 0.0
 
     def velocity_error(self, motor: str, position: Array) -> float:
-        """Return what a position (n,) is behind the set point of a motor, by its velocity, s: -dT/ds at 0."""
+        """Return the following error of a position (n,) per velocity of a motor's set point, s: -dT/ds at 0."""
         axis, row = self.motors.index(motor), self._row(position)
         first, second = (columns[:, axis] for columns in self.by_set_point[:2])
         once = np.linalg.solve(self.A, first)
         return float(row @ (np.linalg.solve(self.A, once) + np.linalg.solve(self.A, second)))
 
     def static_compliance(self, row: Array, force: Array) -> float:
-        """Return the displacement row q by a force (n,) at rest."""
+        """Return the static displacement row q by a force (n,)."""
         return float(-self._row(row) @ np.linalg.solve(self.A, self.by_force @ force))
 
     def _row(self, row: Array) -> Array:
-        """A row over the states, from one over q."""
+        """Return a row over all states, from a row over q."""
         own = row @ self.free
         return np.concatenate([own, np.zeros(len(self.A) - len(own))])
 
 
 def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) -> ClosedLoop:
-    """Return the system of a plant with the loops of these drives closed; dead times in some parts, `of_delay`."""
+    """Return the system of a plant with the loops of drives closed; `of_delay` Pade elements per dead time."""
     linear, N = plant.linear, plant.free
-    n, parts = N.shape[1], [drive_system(one, of_delay) for one in cascades]
+    n, parts = N.shape[1], [drive_system(cascade, of_delay) for cascade in cascades]
     total = 2 * n + sum(len(part.A) for part in parts)
     inverse = np.linalg.inv(N.T @ linear.M @ N)
     A = np.zeros((total, total))
@@ -77,35 +80,35 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
     columns = tuple(np.zeros((total, len(cascades))) for _ in range(3))
     by_force = np.vstack([np.zeros((n, len(N))), inverse @ N.T, np.zeros((total - 2 * n, len(N)))])
     first = 2 * n
-    for k, (one, part) in enumerate(zip(cascades, parts, strict=True)):
-        axis, own = plant.axes[one.motor], slice(first, first + len(part.A))
+    for k, (drive, part) in enumerate(zip(cascades, parts, strict=True)):
+        axis, own = plant.axes[drive.motor], slice(first, first + len(part.A))
         position, velocity = axis.position @ N, axis.velocity @ N
-        seen = np.concatenate([position, velocity])
+        feedback_rows = np.concatenate([position, velocity])
         A[own, own] = part.A
         A[own, :n] -= np.outer(part.by_position, position)
         A[own, n : 2 * n] -= np.outer(part.by_velocity, velocity)
         push = inverse @ velocity
         A[n : 2 * n, own] = np.outer(push, part.C)
         gains = np.repeat([part.through[0], part.through[1]], n)
-        A[n : 2 * n, : 2 * n] -= np.outer(push, gains * seen)
+        A[n : 2 * n, : 2 * n] -= np.outer(push, gains * feedback_rows)
         rates = (part.by_position, part.by_set_velocity, part.by_set_acceleration)
         for column, into, through in zip(columns, rates, part.of_set_point, strict=True):
             column[own, k] += into
             column[n : 2 * n, k] += push * through
-        if one.torque_forward:
-            rows = [[*plant.axes].index(name) for name in (one.motor, *(x.motor for x in cascades))]
+        if drive.torque_forward:
+            rows = [[*plant.axes].index(name) for name in (drive.motor, *(x.motor for x in cascades))]
             for column, needed in zip(columns, reversed(plant.of_inverse_model), strict=True):
                 by = needed[rows[0], rows[1:]]
                 column[own] += np.outer(part.by_torque, by)
                 column[n : 2 * n] += np.outer(push * part.through_torque, by)
         first = own.stop
-    motors = tuple(one.motor for one in cascades)
+    motors = tuple(drive.motor for drive in cascades)
     return ClosedLoop(A, (columns[0], columns[1], columns[2]), by_force, motors, N)
 
 
 @dataclass(frozen=True)
 class DriveSystem:
-    """A drive as a linear system: states by r - p, -v and rates of the set point, what goes straight to torque."""
+    """A drive as a linear system: columns of r - p, -v and the set point's rates, and direct terms to the torque."""
 
     A: Array
     C: Array
@@ -119,9 +122,9 @@ class DriveSystem:
     through_torque: float
 
 
-def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
-    """Return the law of a drive within its limit, without the filter of its set point, as a linear system."""
-    law = law_of(replace(one, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)
+def drive_system(drive: Cascade, of_delay: int = 1) -> DriveSystem:
+    """Return a drive without limits and without the filter of its set point, as a linear system."""
+    law = law_of(replace(drive, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)
     B, D = law.B, law.D
     return DriveSystem(
         *(law.A, law.C, B[:, R], -B[:, XD], B[:, RD], B[:, RDD]),

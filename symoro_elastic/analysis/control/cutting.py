@@ -1,4 +1,4 @@
-"""Forces of a cut by the deflection of the tool: F = K b W (y(t) - y(t - T)), in turning and in milling.
+"""Cutting force by the tool's deflection: F = K b W (y(t) - y(t - T)), in turning and in milling.
 
 y are the deflections, K the tangential coefficient, b the depth, T the time between teeth. In turning W = -1: the force
 along one direction by the thickness of the chip. In milling x is the feed and y is across it; a tooth is at the angle
@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError, placed
-from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.foundation.errors import InputError, reported_places
+from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.signals import FrameSignal, Signal, output_unit, outputs
 
@@ -29,7 +29,7 @@ PER_TURN = 60.0
 
 @dataclass(frozen=True)
 class Milling:
-    """Output `across` the feed, radial coefficient, N/m2, radial immersion a/D, and whether teeth cut downwards."""
+    """Output `across` the feed, radial coefficient, N/m2, radial immersion a/D, and whether it is climb milling."""
 
     across: str
     radial: float
@@ -38,16 +38,17 @@ class Milling:
 
     @property
     def angles(self) -> tuple[float, float]:
-        """Where a tooth enters and leaves the workpiece, rad."""
+        """Angles at which a tooth enters and leaves the workpiece, rad."""
         swept = float(np.arccos(1 - 2 * self.immersion))
         return (np.pi - swept, np.pi) if self.down else (0.0, swept)
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Tangential coefficient, N/m2, teeth; the outputs along which the force acts and the chip gets thicker.
+    """Tangential coefficient, N/m2, teeth; the outputs along which the force acts and the chip thickens.
 
-    With `milling`, `direction` is the output along the feed, and `thickness` is not used.
+    With `milling`, `direction` is the output along the feed, and `thickness` is not used. An output with a minus in
+    front, -tool.x, is that of the opposite sense.
     """
 
     coefficient: float
@@ -58,28 +59,32 @@ class Cut:
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """The outputs along which forces act."""
+        """Outputs along which forces act, with their signs."""
         return (self.direction, self.milling.across) if self.milling else (self.direction,)
 
     @property
     def deflections(self) -> tuple[str, ...]:
-        """The outputs whose deflections change the chip."""
+        """Outputs whose deflections change the chip thickness, with their signs."""
         return self.forces if self.milling else (self.thickness,)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of all outputs, without signs."""
+        return tuple(sign_and_name(name)[1] for name in (*self.forces, *self.deflections))
 
     def period(self, speed: float) -> float:
         """Return the time between teeth, s, at a speed in turns per minute."""
         return PER_TURN / (self.teeth * speed)
 
     def factors(self, intervals: int = 1) -> Array:
-        """Return the means of W (intervals, m, m) over parts of the time between teeth, which begins at phi = 0."""
+        """Return the means of W (intervals, m, m) over equal intervals of the tooth period, which begins at phi = 0."""
         if not self.milling:
             return np.full((intervals, 1, 1), -1.0)
         pitch = 2 * np.pi / self.teeth
         teeth = pitch * np.arange(self.teeth)
         ends = np.clip(teeth + np.linspace(0, pitch, intervals + 1)[:, None], *self.milling.angles)
         passed = _integral(ends, self.milling.radial / self.coefficient).sum(axis=1)
-        found: Array = np.diff(passed, axis=0) * intervals / pitch
-        return found
+        return np.asarray(np.diff(passed, axis=0) * intervals / pitch)
 
 
 def _integral(phi: Array, ratio: float) -> Array:
@@ -91,7 +96,7 @@ def _integral(phi: Array, ratio: float) -> Array:
 
 
 def refuse_wrong(cut: Cut, speeds: Array, machine: Machine) -> None:
-    """Raise `InputError` for a cut that is none, and for speeds that are none."""
+    """Raise `InputError` for impossible numbers of a cut, and for speeds that are not positive."""
     source = machine.label
     along = _signal(machine, "--direction", cut.direction)
     if cut.milling:
@@ -111,11 +116,19 @@ def refuse_wrong(cut: Cut, speeds: Array, machine: Machine) -> None:
         raise InputError(source, "--speeds", "spindle speeds are numbers above zero, turns per minute")
 
 
+def sign_and_name(name: str) -> tuple[float, str]:
+    """Return the sign of an output, -1 with a leading minus, and its name."""
+    name = name.strip()
+    return (-1.0, name[1:].strip()) if name.startswith("-") else (1.0, name)
+
+
 def _signal(machine: Machine, option: str, name: str) -> Signal:
     """Return the displacement that an option names; raises `InputError` for velocities and rotations."""
-    machine = with_base_coordinates(machine)
-    with placed({"--output": option}):
-        (found,) = outputs(machine, [name])
+    machine, name = with_base_coordinates(machine), sign_and_name(name)[1]
+    with reported_places({"--output": option}):
+        (signal,) = outputs(machine, [name])
         if output_unit(machine, name) != "m":
-            raise InputError(machine.label, option, f"{found.name} is no displacement in m: name one, such as tool.x")
-    return found
+            raise InputError(
+                machine.label, option, f"{signal.name} is not a displacement in m: name one, such as tool.x"
+            )
+    return signal

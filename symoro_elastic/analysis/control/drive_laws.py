@@ -2,7 +2,7 @@
 
     z' = A z + B u + W sigma,    tau = C z + D u + d sigma,    sigma_j = sat(f_j) - f_j,    f = F z + G u + H sigma
 
-f_1 is the set point of the torque behind its filters; d and W are what its limit takes from it further on, and what it
+f_1 is the set point of the torque behind its filters; d and W are the effects of its excess further on, and what it
 gives back to the integral part: sigma Tn/(Kp Tt). So a notch does not act within the limit, as in sampled controllers.
 A limit of the current is one of this torque, Kt times it. f_2 is the voltage of a current controller, times Kt: its
 limit acts on the current, and on the integral part of that controller by sigma/(kp ti).
@@ -38,7 +38,7 @@ LIMITS = TORQUE, VOLTAGE = tuple(range(2))
 
 @dataclass(frozen=True)
 class DriveLaw:
-    """The law of one drive; `rest` (n, 6) gives its states at rest by its inputs, `sizes` are those of its states."""
+    """The law of a drive; `steady` (n, 6) gives its steady states by its inputs, `sizes` are scales of its states."""
 
     A: Array
     B: Array
@@ -50,21 +50,19 @@ class DriveLaw:
     W: Array
     d: Array
     limits: Array
-    rest: Array
+    steady: Array
     sizes: Array
 
     def rates(self, z: Array, u: Array) -> Array:
         """Return z' (n,) at states (n,) and inputs (6,)."""
-        found: Array = self.A @ z + self.B @ u + self.W @ self._beyond(z, u)
-        return found
+        return np.asarray(self.A @ z + self.B @ u + self.W @ self._beyond(z, u))
 
     def torques(self, z: Array, u: Array) -> Array:
         """Return tau (N,) at states (N, n) and inputs (N, 6)."""
-        found: Array = z @ self.C + u @ self.D + self._beyond(z, u) @ self.d
-        return found
+        return np.asarray(z @ self.C + u @ self.D + self._beyond(z, u) @ self.d)
 
     def slopes(self, z: Array, u: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the derivatives A, B, C, D at z (n,), u (6,): beyond its limit f_j counts no more."""
+        """Return the derivatives A, B, C, D at z (n,), u (6,): the excess of a limited signal has no slope."""
         changed = np.zeros((len(LIMITS), len(z) + len(INPUTS)))
         for j, out in enumerate(self._beyond(z, u) != 0):
             if out:
@@ -74,11 +72,11 @@ class DriveLaw:
 
     def _beyond(self, z: Array, u: Array) -> Array:
         f = z @ self.F.T + u @ self.G.T
-        found = np.zeros_like(f)
+        excess = np.zeros_like(f)
         for j in self._finite:
-            wanted = f[..., j] + found @ self.H[j]
-            found[..., j] = np.clip(wanted, -self.limits[j], self.limits[j]) - wanted
-        return found
+            wanted = f[..., j] + excess @ self.H[j]
+            excess[..., j] = np.clip(wanted, -self.limits[j], self.limits[j]) - wanted
+        return excess
 
     @cached_property
     def _finite(self) -> list[int]:
@@ -95,118 +93,118 @@ class _Wiring:
         self.inputs, self.beyond = signals[: len(INPUTS)], signals[len(INPUTS) :]
 
     def through(self, system: System, signal: Array) -> Array:
-        """Return the signal behind a system."""
+        """Return the output signal of a system."""
         own = slice(self.used, self.used + len(system.A))
         self.used = own.stop
         self.rates[own] = np.outer(system.B, signal)
         self.rates[own, own] += system.A
-        found = system.D * signal
-        found[own] += system.C
-        return found
+        output = system.D * signal
+        output[own] += system.C
+        return output
 
-    def winding(self, one: CurrentLoop, wanted: Array) -> tuple[Array, Array]:
-        """Return the torque behind a current controller and a winding, and the voltage times Kt."""
-        tau = self.through(current_system(one), wanted)
+    def winding(self, loop: CurrentLoop, wanted: Array) -> tuple[Array, Array]:
+        """Return the torque of a current controller at a winding, and its voltage times Kt."""
+        tau = self.through(current_system(loop), wanted)
         i = self.used - 2
-        self.rates[i] -= one.drag / one.inductance * self.inputs[XD]
-        voltage = one.kp * (wanted - tau) + one.compensated * self.inputs[XD]
-        voltage[i + 1] += one.kp
-        self.rates[i] += self.beyond[VOLTAGE] / one.inductance
-        self.rates[i + 1] += self.beyond[VOLTAGE] / (one.kp * one.ti)
+        self.rates[i] -= loop.drag / loop.inductance * self.inputs[XD]
+        voltage = loop.kp * (wanted - tau) + loop.compensated * self.inputs[XD]
+        voltage[i + 1] += loop.kp
+        self.rates[i] += self.beyond[VOLTAGE] / loop.inductance
+        self.rates[i + 1] += self.beyond[VOLTAGE] / (loop.kp * loop.ti)
         return tau, voltage
 
-    def law(self, tau: Array, f: Array, voltage: Array, limits: Array, rest: Array, sizes: Array) -> DriveLaw:
-        """Return the law with these signals."""
+    def law(self, tau: Array, f: Array, voltage: Array, limits: Array, steady: Array, sizes: Array) -> DriveLaw:
+        """Return the law whose outputs are these signals."""
         n, m = self.states, self.states + len(INPUTS)
         judged = np.array([f, voltage])
         return DriveLaw(
             *(self.rates[:, :n], self.rates[:, n:m], tau[:n], tau[n:m]),
             *(judged[:, :n], judged[:, n:m], np.tril(judged[:, m:], -1), self.rates[:, m:], tau[m:]),
-            *(limits, rest, sizes),
+            *(limits, steady, sizes),
         )
 
-    def set_points(self, one: Biquad | FirstOrder | None) -> tuple[Array, Array, Array]:
-        """Return rf, rfd and rfdd."""
+    def set_points(self, shaper: Biquad | FirstOrder | None) -> tuple[Array, Array, Array]:
+        """Return the filtered set point and its rates: rf, rfd and rfdd."""
         r, rd, rdd = self.inputs[R], self.inputs[RD], self.inputs[RDD]
-        if one is None:
+        if shaper is None:
             return r, rd, rdd
         first = self.used
-        rf = self.through(_of_set_point(one), r)
+        rf = self.through(_of_set_point(shaper), r)
         rfd = self.rates[first].copy()
-        over = 1 / one.time
-        return rf, rfd, over * (self.rates[first + 1] if isinstance(one, Biquad) else rd - rfd)
+        over = 1 / shaper.time
+        return rf, rfd, over * (self.rates[first + 1] if isinstance(shaper, Biquad) else rd - rfd)
 
 
-def law_of(one: Cascade, of_delay: int = 1) -> DriveLaw:
-    """Return the law of a drive, its dead time as so many approximations of Pade; a hold counts half of its period."""
-    limited, shaped = one.torque_limit < np.inf, one.set_point
+def law_of(drive: Cascade, of_delay: int = 1) -> DriveLaw:
+    """Return the law of a drive with Pade elements `of_delay` for its dead time; a hold counts half of its period."""
+    limited, shaped = drive.torque_limit < np.inf, drive.set_point
     assert shaped is None or isinstance(shaped, Biquad | FirstOrder)
-    before_limit, behind_it = parts_of_path(one)
+    before_limit, behind_it = parts_of_path(drive)
     ahead, behind = system_of(before_limit), system_of(behind_it, of_delay)
     before = 0 if shaped is None else len(_of_set_point(shaped).A)
-    integral = int(one.Tn < np.inf)
-    electric = 2 if one.current else 0
+    integral = int(drive.Tn < np.inf)
+    electric = 2 if drive.current else 0
     n = before + integral + len(ahead.A) + len(behind.A) + electric
     of = _Wiring(n)
     rf, rfd, rfdd = of.set_points(shaped)
-    e = one.Kv * (rf - of.inputs[X]) + one.velocity_forward * rfd - of.inputs[XD]
-    tau_u = one.Kp * e + one.acceleration_forward * rfdd + of.inputs[TAU]
+    e = drive.Kv * (rf - of.inputs[X]) + drive.velocity_forward * rfd - of.inputs[XD]
+    tau_u = drive.Kp * e + drive.acceleration_forward * rfdd + of.inputs[TAU]
     if integral:
-        Tt = one.Tn if one.windup is None else one.windup
-        gives_way = of.beyond[TORQUE] * (one.Tn / (one.Kp * Tt)) if limited else 0 * of.beyond[TORQUE]
-        tau_u = tau_u + one.Kp / one.Tn * of.through(_INTEGRAL, e + gives_way)
+        Tt = drive.Tn if drive.windup is None else drive.windup
+        gives_way = of.beyond[TORQUE] * (drive.Tn / (drive.Kp * Tt)) if limited else 0 * of.beyond[TORQUE]
+        tau_u = tau_u + drive.Kp / drive.Tn * of.through(_INTEGRAL, e + gives_way)
     f = of.through(ahead, tau_u)
     wanted = of.through(behind, f + of.beyond[TORQUE] if limited else f)
-    tau, voltage = of.winding(one.current, wanted) if one.current else (wanted, 0 * wanted)
-    rest = np.zeros((n, len(INPUTS)))
+    tau, voltage = of.winding(drive.current, wanted) if drive.current else (wanted, 0 * wanted)
+    steady = np.zeros((n, len(INPUTS)))
     if shaped is not None:
-        rest[:before, [R, RD]] = _steady(shaped)
+        steady[:before, [R, RD]] = _steady(shaped)
     first = before + integral
-    for part in (ahead, behind, *([current_system(one.current)] if one.current else [])):
-        rest[first : first + len(part.A), TAU] = -np.linalg.solve(part.A, part.B)
+    for part in (ahead, behind, *([current_system(drive.current)] if drive.current else [])):
+        steady[first : first + len(part.A), TAU] = -np.linalg.solve(part.A, part.B)
         first += len(part.A)
-    sizes = np.concatenate([np.ones(before + integral), np.full(n - before - integral, one.Kp)])
-    return of.law(tau, f, voltage, np.array([one.torque_limit, one.voltage_limit]), rest, sizes)
+    sizes = np.concatenate([np.ones(before + integral), np.full(n - before - integral, drive.Kp)])
+    return of.law(tau, f, voltage, np.array([drive.torque_limit, drive.voltage_limit]), steady, sizes)
 
 
-def parts_of_path(one: Cascade) -> tuple[tuple[Element, ...], tuple[Element, ...]]:
-    """Return the path of a torque before its limit, filters where there is one, and behind, up to the winding."""
-    ahead = tuple(x for x in one.path if one.torque_limit < np.inf and _is_filter(x))
-    return ahead, tuple(x for x in one.path if x not in (*ahead, one.current))
+def parts_of_path(drive: Cascade) -> tuple[tuple[Element, ...], tuple[Element, ...]]:
+    """Return the elements of the torque path before the limit (filters) and after it, up to the winding."""
+    ahead = tuple(x for x in drive.path if drive.torque_limit < np.inf and _is_filter(x))
+    return ahead, tuple(x for x in drive.path if x not in (*ahead, drive.current))
 
 
-def current_loop(one: Cascade, lag: float) -> DriveLaw:
-    """Return the law from a wanted torque tau_0 to torque: a lag, a current controller at its winding, or nothing.
+def current_loop(drive: Cascade, lag: float) -> DriveLaw:
+    """Return the law from a required torque tau_0 to torque: a lag, a current controller at its winding, or direct.
 
     It is what a sampled drive is in between.
     """
-    n = 2 if one.current else int(lag > 0)
+    n = 2 if drive.current else int(lag > 0)
     of, wanted = _Wiring(n), np.zeros(n + len(INPUTS) + len(LIMITS))
     wanted[n + TAU] = 1
-    voltage, rest = 0 * wanted, np.zeros((n, len(INPUTS)))
-    if one.current:
-        tau, voltage = of.winding(one.current, wanted)
-        part = current_system(one.current)
-        rest[:, TAU] = -np.linalg.solve(part.A, part.B)
+    voltage, steady = 0 * wanted, np.zeros((n, len(INPUTS)))
+    if drive.current:
+        tau, voltage = of.winding(drive.current, wanted)
+        part = current_system(drive.current)
+        steady[:, TAU] = -np.linalg.solve(part.A, part.B)
     else:
         tau = of.through(first_order_system(FirstOrder(CURRENT, lag)) if lag else System.gain(1.0), wanted)
-        rest[:, TAU] = 1
-    return of.law(tau, 0 * wanted, voltage, np.array([np.inf, one.voltage_limit]), rest, np.full(n, one.Kp))
+        steady[:, TAU] = 1
+    return of.law(tau, 0 * wanted, voltage, np.array([np.inf, drive.voltage_limit]), steady, np.full(n, drive.Kp))
 
 
-def _is_filter(one: Element) -> bool:
-    return isinstance(one, Biquad) or (isinstance(one, FirstOrder) and one.name != CURRENT)
+def _is_filter(element: Element) -> bool:
+    return isinstance(element, Biquad) or (isinstance(element, FirstOrder) and element.name != CURRENT)
 
 
 _INTEGRAL = System(np.zeros((1, 1)), np.ones(1), np.ones(1), 0.0)
 
 
-def _of_set_point(one: Biquad | FirstOrder) -> System:
-    return biquad_system(one) if isinstance(one, Biquad) else first_order_system(one)
+def _of_set_point(shaper: Biquad | FirstOrder) -> System:
+    return biquad_system(shaper) if isinstance(shaper, Biquad) else first_order_system(shaper)
 
 
-def _steady(one: Biquad | FirstOrder) -> Array:
-    """Return the states of a filter by r and rd where rd has been constant for long."""
-    if isinstance(one, FirstOrder):
-        return np.array([[1, -one.time]])
-    return np.array([[1, -2 * one.below * one.time], [0, one.time]])
+def _steady(shaper: Biquad | FirstOrder) -> Array:
+    """Return the steady states of a filter per r and rd, at constant rd."""
+    if isinstance(shaper, FirstOrder):
+        return np.array([[1, -shaper.time]])
+    return np.array([[1, -2 * shaper.below * shaper.time], [0, shaper.time]])

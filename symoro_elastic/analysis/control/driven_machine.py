@@ -1,4 +1,4 @@
-"""A machine with its drives: its plants at positions, motors without a drive held, and the drives with their gains."""
+"""A machine with its drives: plants at positions, motors without a drive locked, and the drives with their gains."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
 from symoro_elastic.analysis.control.optimum import optimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, position_row
-from symoro_elastic.analysis.control.tuning import Distances, tuned
+from symoro_elastic.analysis.control.tuning import Tuning, tuned_cascades
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.analysis.vibration.responses import with_modal_damping
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR, Drive
-from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.joints import Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
@@ -34,7 +34,7 @@ States = Sequence[tuple[Mapping[str, float], State]]
 
 @dataclass(frozen=True)
 class DrivenMachine:
-    """Plants at positions, drives with gains; `tuned` are the gains that were found, as motor.Kp."""
+    """Plants at positions, drives with gains; `tuned` names the gains that were computed, as motor.Kp."""
 
     plants: tuple[Plant, ...]
     cascades: tuple[Cascade, ...]
@@ -43,41 +43,35 @@ class DrivenMachine:
 
 
 def driven_machine(
-    motion: EquationsOfMotion,
-    states: States,
-    distances: Distances,
-    damping: float,
-    tune: bool,
-    signals: Sequence[str],
-    together: bool = False,
+    motion: EquationsOfMotion, states: States, tuning: Tuning, damping: float, signals: Sequence[str]
 ) -> DrivenMachine:
-    """Return a machine at some states with its drives; with `tune` all gains are sought, else those left to tuning.
+    """Return a machine at some states with its drives, their gains tuned.
 
-    `signals` are outputs that have rows in the linearizations; gains that are sought `together` have the least peak of
+    `signals` are outputs that have rows in the linearizations; gains that are tuned together have the least peak of
     their compliances. Raises `InputError`.
     """
     drives = drives_of(motion.driven).by_motor
     joints = {joint.name: joint for joint in motion.driven.joints}
-    cascades = [cascade_of(joints[name], one, motion.numbers, motion.source) for name, one in drives.items()]
-    if tune:
-        cascades = [_sought(one, drives[one.motor]) for one in cascades]
+    cascades = [cascade_of(joints[name], drive, motion.numbers, motion.source) for name, drive in drives.items()]
+    if tuning.all_gains:
+        cascades = [_with_all_gains_tuned(cascade, drives[cascade.motor]) for cascade in cascades]
     plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)
     for plant in plants:
         _refuse_free(plant)
-    found = tuple(f"{one.motor}.{key}" for one in cascades for key in one.sought)
-    if found:
+    tuned_gains = tuple(f"{cascade.motor}.{key}" for cascade in cascades for key in cascade.tuned_gains)
+    if tuned_gains:
         for plant in plants:
-            _refuse_undamped(plant)
-        cascades = tuned(plants, cascades, distances)
+            refuse_undamped(plant, damped_poles(plant.linear)[0], "Gains depend on it")
+        cascades = tuned_cascades(plants, cascades, tuning.distances)
     notes = _notes(plants[0], cascades)
-    if together and found:
-        best = optimum(plants, cascades, distances, signals)
-        cascades, notes = [*best.cascades], (*notes, best.told(signals))
-    return DrivenMachine(plants, tuple(cascades), found, notes)
+    if tuning.together and tuned_gains:
+        best = optimum(plants, cascades, tuning.distances, signals)
+        cascades, notes = [*best.cascades], (*notes, best.summary(signals))
+    return DrivenMachine(plants, tuple(cascades), tuned_gains, notes)
 
 
 def refuse_without_drives(motion: EquationsOfMotion) -> None:
-    """Raise `InputError` for a machine without drives, with the table to write."""
+    """Raise `InputError` for a machine without drives, with an example of the table."""
     if drives_of(motion.asked):
         return
     motors = [joint.name for joint in motion.asked.motor_joints]
@@ -86,10 +80,10 @@ def refuse_without_drives(motion: EquationsOfMotion) -> None:
     raise InputError(motion.source, "drives", what)
 
 
-def _sought(one: Cascade, drive: Drive) -> Cascade:
-    """Return a cascade all of whose gains are sought; it stays without integral part."""
+def _with_all_gains_tuned(cascade: Cascade, drive: Drive) -> Cascade:
+    """Return a cascade with all gains to be tuned; one without integral part stays so."""
     keys = ("Kp", "Kv") if drive.Tn is None else ("Kp", "Tn", "Kv")
-    return replace(one.with_gains(**dict.fromkeys(keys, np.nan)), sought=keys)
+    return replace(cascade.with_gains(**dict.fromkeys(keys, np.nan)), tuned_gains=keys)
 
 
 def default_compliances(machine: Machine) -> tuple[str, ...]:
@@ -107,35 +101,35 @@ def _plant(
     damping: float,
     signals: Sequence[str],
 ) -> Plant:
-    """Return the machine about a state, with the rows of its axes; motors without a drive are held."""
+    """Return the machine about a state, with the rows of its axes; motors without a drive are locked."""
     linear = linearize(motion, state, (), [*dict.fromkeys([*signals, *measured_positions(motion.asked)])])
     linear = with_modal_damping(linear, damping)
     axes = {}
     for name, velocity in zip(motion.motor_names, linear.motors, strict=True):
         drive = drives.get(name)
-        axes[name] = Axis(name, velocity, _position(linear, name, velocity, drive) if drive else velocity)
-    held = tuple(name for name in motion.motor_names if name not in drives)
-    return Plant(linear, axes, damping, held, place)
+        measured = drive.measured if drive and drive.measured != MOTOR else ""
+        axes[name] = Axis(name, velocity, _position(linear, name, velocity, measured), measured)
+    locked = tuple(name for name in motion.motor_names if name not in drives)
+    return Plant(linear, axes, damping, locked, place)
 
 
 def measured_positions(machine: Machine) -> tuple[str, ...]:
     """Return the positions that drives measure in place of their motors'; raises `InputError` for other signals."""
-    measured = {name: one.measured for name, one in drives_of(machine).by_motor.items() if one.measured != MOTOR}
+    measured = {name: drive.measured for name, drive in drives_of(machine).by_motor.items() if drive.measured != MOTOR}
     for motor, signal in measured.items():
         positions(with_base_coordinates(machine), [signal], f"drives, {motor}, measured")
     return tuple(dict.fromkeys(measured.values()))
 
 
-def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) -> Array:
-    """Return the row of a controlled position, over what it changes with the motor where springs do not deflect."""
-    if drive.measured == MOTOR:
+def _position(linear: Linearization, motor: str, velocity: Array, measured: str) -> Array:
+    """Return the row of a controlled position, divided by its change per motor position with rigid springs."""
+    if not measured:
         return velocity
-    position: Array = position_row(linear, drive.measured) / load_ratio(linear, motor, velocity, drive.measured)
-    return position
+    return np.asarray(position_row(linear, measured) / load_ratio(linear, motor, velocity, measured))
 
 
 def load_ratio(linear: Linearization, motor: str, velocity: Array, measured: str) -> float:
-    """Return what a measured position changes with its motor where springs do not deflect; raises `InputError`."""
+    """Return the change of a measured position per motor position with rigid springs; raises `InputError`."""
     row = position_row(linear, measured)
     ratio = float(row @ velocity) / float(velocity @ velocity)
     if abs(ratio) <= 1e-9 * np.abs(row).max(initial=0.0):
@@ -145,7 +139,7 @@ def load_ratio(linear: Linearization, motor: str, velocity: Array, measured: str
 
 
 def _refuse_free(plant: Plant) -> None:
-    """Raise `InputError` for a motion that no motor makes and nothing holds back, whose poles are 0."""
+    """Raise `InputError` for a free motion, without motor and spring, whose poles are 0."""
     linear = plant.linear
     laws = [x / (np.linalg.norm(x) or 1.0) for x in (linear.K, linear.D, *linear.motors)]
     _, sizes, motions = np.linalg.svd(np.vstack(laws))
@@ -155,22 +149,25 @@ def _refuse_free(plant: Plant) -> None:
         raise InputError(linear.motion.source, "drives", what)
 
 
-def _refuse_undamped(plant: Plant) -> None:
-    """Raise `InputError` where a mode has no damping, so that gains would have no meaning."""
-    poles = damped_poles(plant.linear)[0]
-    swinging = poles[(poles.imag > 0) & (np.abs(poles.real) <= UNDAMPED * np.abs(poles))]
+def refuse_undamped(plant: Plant, poles: ComplexArray, why: str) -> None:
+    """Raise `InputError` if poles, 1/s, oscillate without damping, and say `why` that matters."""
+    swinging = np.abs(poles[is_undamped(poles)]) / (2 * np.pi)
     if len(swinging):
-        least_one = float(np.abs(swinging).min()) / (2 * np.pi)
         what = (
-            f"modes without damping: {len(swinging)}, the lowest at {least_one:.4g} Hz. Gains depend on it: give "
+            f"modes without damping: {len(swinging)}, the lowest at {swinging.min():.4g} Hz. {why}: give "
             "[springs] damping, or a ratio for all modes, as 0.01"
         )
         raise InputError(plant.linear.motion.source, "--damping", what)
 
 
+def is_undamped(poles: ComplexArray) -> BoolArray:
+    """Return which poles oscillate without damping, those with positive imaginary parts."""
+    return (poles.imag > 0) & (np.abs(poles.real) <= UNDAMPED * np.abs(poles))
+
+
 def _notes(plant: Plant, cascades: Sequence[Cascade]) -> tuple[str, ...]:
-    held = [f"{name} has no drive and is held" for name in plant.held]
-    limited = ", ".join(one.motor for one in cascades if one.is_limited)
-    what = "limits of torque, current and voltage" if any(one.current for one in cascades) else "limits of torque"
-    said = [f"{what} ({limited}) are not in these figures: they are linear"] if limited else []
-    return (*plant.linear.doubts, *held, *said)
+    notes = [f"{name} has no drive and is held" for name in plant.held]
+    limited = ", ".join(drive.motor for drive in cascades if drive.is_limited)
+    what = "limits of torque, current and voltage" if any(drive.current for drive in cascades) else "limits of torque"
+    caveats = [f"{what} ({limited}) are not in these figures: they are linear"] if limited else []
+    return (*plant.linear.doubts, *notes, *caveats)

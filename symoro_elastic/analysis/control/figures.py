@@ -1,4 +1,4 @@
-"""Figures of drives by name, for sweeps: margins, bandwidth, following error, largest gains, compliances."""
+"""Results of drives by name, for sweeps: margins, bandwidth, following error, largest gains, compliances."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from symoro_elastic.machine.machine import Machine
 
 
 def control_figures(control: Control) -> dict[str, float]:
-    """Return the figures of a machine at its first position, as "motor_x: position_modulus".
+    """Return the results of a machine at its first position, by names as "motor_x: position_modulus".
 
     Margins are 0 where the loops are unstable. `behind` is in s, frequencies in Hz, `growth` in 1/s.
     """
     place = control.places[0]
-    found: dict[str, float] = {}
+    figures: dict[str, float] = {}
     for axis in place.axes:
-        found |= {f"{axis.motor}: {name}": x for name, x in _of_axis(axis, place.growth < 0)}
-    for one in place.compliances:
-        found |= {f"{one.output}: at_rest": one.static, f"{one.output}: peak": one.peak}
-        found |= {f"{one.output}: peak_frequency": one.frequency}
-    return {**found, "growth": place.growth}
+        figures |= {f"{axis.motor}: {name}": x for name, x in _of_axis(axis, place.growth <= 0)}
+    for compliance in place.compliances:
+        figures |= {f"{compliance.output}: at_rest": compliance.static, f"{compliance.output}: peak": compliance.peak}
+        figures |= {f"{compliance.output}: peak_frequency": compliance.frequency}
+    return {**figures, "growth": place.growth}
 
 
 def _of_axis(axis: AxisControl, is_stable: bool) -> Iterator[tuple[str, float]]:
@@ -39,7 +39,7 @@ UNITS = {"phase": "deg", "bandwidth": "Hz", "peak_frequency": "Hz", "growth": "1
 
 
 def unit_of(figure: str, machine: Machine) -> str:
-    """Return the unit of a figure of a machine by its name; empty where it has none, or one of its own."""
+    """Return the unit of a result by its name; empty for a pure number."""
     output, _, name = figure.rpartition(": ")
     if name in ("at_rest", "peak"):
         return unit_of_compliance(machine, output)

@@ -1,4 +1,4 @@
-"""The largest gain that keeps a distance from instability: exact at each frequency, without a search over gains.
+"""The largest gain that keeps a modulus margin: exact at each frequency, without a search over gains.
 
 With an open loop of which 1 + L = a + k b, the distance |a + k b| >= modulus is a quadratic in k: each frequency
 forbids an interval of k. What is left between the intervals of all frequencies are gaps. Of the lowest ones in which
@@ -22,7 +22,7 @@ Terms = tuple[ComplexArray, ComplexArray]
 EXACT = 1e-12
 """Relative error of the critical frequency."""
 FAR = 1e100
-"""A gain that nothing limits, while the least one is sought: its square is a number."""
+"""A gain that nothing limits, while the minimum is searched: its square is a number."""
 TRIED, NARROWER, MOST_TURNS, SMOOTH = 17, 8, 16, 2
 """Places at a time between neighbours, how much narrower their interval gets, how often at most, and how often before a
 polynomial may be taken."""
@@ -34,43 +34,43 @@ LEAST = 1e-12
 
 @dataclass(frozen=True)
 class LargestGain:
-    """The largest gain, and the frequency, Hz, at which the distance is met; infinite and NaN where none limits it."""
+    """The largest gain, and the frequency, Hz, at which the margin is met; infinite and NaN for an unlimited gain."""
 
     gain: float
     frequency: float
 
 
 def forbidden(a: ComplexArray, b: ComplexArray, modulus: float) -> tuple[Array, Array]:
-    """Return the ends of the intervals of k > 0 in which |a + k b| < modulus; NaN where there is none."""
+    """Return the ends of the intervals of k > 0 in which |a + k b| < modulus; NaN for an empty interval."""
     square, half = np.abs(b) ** 2, (a.conj() * b).real
-    rest = np.abs(a) ** 2 - modulus**2
+    constant = np.abs(a) ** 2 - modulus**2
     with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(half**2 - square * rest)
+        root = np.sqrt(half**2 - square * constant)
         high = (root - half) / square
         # The product of both roots is rest/square: the smaller one without cancellation.
-        low = np.where(half < 0, rest / (root - half), (-half - root) / square)
-    found = (high > 0) & np.isfinite(root) & (square > 0)
-    return np.where(found, np.maximum(low, 0.0), np.nan), np.where(found, high, np.nan)
+        low = np.where(half < 0, constant / (root - half), (-half - root) / square)
+    is_interval = (high > 0) & np.isfinite(root) & (square > 0)
+    return np.where(is_interval, np.maximum(low, 0.0), np.nan), np.where(is_interval, high, np.nan)
 
 
 def gaps(low: Array, high: Array) -> list[tuple[float, float]]:
-    """Return the intervals of k > 0 that no frequency forbids, ascending; the last one may end at infinity.
+    """Return the intervals of k > 0 without a forbidden frequency, ascending; the last may end at infinity.
 
     One that the first frequency ends is none: lower frequencies would end it earlier.
     """
     order = np.argsort(low)
-    found, reached = [], 0.0
+    intervals, reached = [], 0.0
     for k in order[~np.isnan(low[order])]:
         if low[k] > reached and k > 0:
-            found.append((reached, float(low[k])))
+            intervals.append((reached, float(low[k])))
         reached = max(reached, float(high[k]))
-    return [*found, (reached, np.inf)]
+    return [*intervals, (reached, np.inf)]
 
 
 def largest_gain(
     terms: Callable[[Array], Terms], frequencies: Array, modulus: float, is_stable: Callable[[float], bool]
 ) -> LargestGain | None:
-    """Return the largest gain k, or None where no gap between forbidden intervals is stable.
+    """Return the largest gain k, or None if no gap between forbidden intervals is stable.
 
     `terms` gives a and b at frequencies in Hz, `frequencies` are those that are tried, close to each other where the
     loop changes fast.
@@ -88,25 +88,25 @@ def largest_gain(
         return None
     if above == top[0]:
         return LargestGain(np.inf, np.nan)
-    return _refined(terms, frequencies, low, modulus, above)
+    return _least_lower_end(terms, frequencies, low, modulus, above)
 
 
 def _inside(lower: float, upper: float) -> float:
-    """Return a gain in a gap."""
+    """Return a gain inside a gap."""
     if upper == np.inf:
         return 2 * lower or 1.0
     return float(np.sqrt(lower * upper)) or upper / 2
 
 
-def _refined(
+def _least_lower_end(
     terms: Callable[[Array], Terms], frequencies: Array, low: Array, modulus: float, above: float
 ) -> LargestGain:
-    """Return the least lower end above a gain, between the neighbours of the frequencies where it is least."""
+    """Return the least lower end above a gain, refined between the frequencies next to the minimum."""
     candidates = np.where(low > above, low, np.inf)
     best = LargestGain(float(candidates.min()), float(frequencies[candidates.argmin()]))
 
-    def lower_ends(tried: Array) -> Array:
-        ends, _ = forbidden(*terms(tried), modulus)
+    def lower_ends(f: Array) -> Array:
+        ends, _ = forbidden(*terms(f), modulus)
         return np.where(ends > above, ends, FAR)
 
     dips = [k for k in range(len(low)) if np.isfinite(candidates[k]) and candidates[k] <= _beside(candidates, k)]
@@ -118,33 +118,33 @@ def _refined(
 
 
 def refined_minimum(of: Callable[[Array], Array], frequencies: Array, k: int) -> tuple[float, float]:
-    """Return the least value between the neighbours of frequency k, and its place.
+    """Return the least value between the neighbours of frequency k, and its frequency.
 
     Several places are tried at a time, the interval gets narrower by `NARROWER`, until a polynomial of degree 4 through
-    the five that are nearest is right: its lowest place is more exact than what values alone tell apart. Where values
+    the five that are nearest is right: its lowest place is more exact than differences of values. Where values
     jump, the interval gets narrower as far as numbers do.
     """
     middle = float(frequencies[k])
     low, high = frequencies[[max(k - 1, 0), min(k + 1, len(frequencies) - 1)]] - middle
     best = (float(of(frequencies[k : k + 1])[0]), middle)
     for turn in range(MOST_TURNS):
-        tried = np.linspace(low, high, TRIED)
-        values = of(middle + tried)
+        offsets = np.linspace(low, high, TRIED)
+        values = of(middle + offsets)
         lowest = int(np.nanargmin(values))
-        best = min(best, (float(values[lowest]), middle + float(tried[lowest])))
+        best = min(best, (float(values[lowest]), middle + float(offsets[lowest])))
         if high - low <= EXACT * middle:
             break
         near = slice(min(max(lowest - 2, 0), TRIED - 5), min(max(lowest - 2, 0), TRIED - 5) + 5)
         if turn >= SMOOTH and values[near].max() - values[lowest] < FLAT * abs(values[lowest]):
-            place = _lowest_of_polynomial(tried[near], values[near])
+            place = _lowest_of_polynomial(offsets[near], values[near])
             value = float(of(np.array([middle + place]))[0])
             return (value, middle + place) if value <= best[0] * (1 + SAME) else best
-        low, high = tried[max(lowest - 1, 0)], tried[min(lowest + 1, TRIED - 1)]
+        low, high = offsets[max(lowest - 1, 0)], offsets[min(lowest + 1, TRIED - 1)]
     return best
 
 
 def _lowest_of_polynomial(x: Array, values: Array) -> float:
-    """Return where the polynomial of degree 4 through five places at even distances is lowest, between their ends."""
+    """Return the minimizer of the polynomial of degree 4 through five equidistant points, between their ends."""
     h = (x[4] - x[0]) / 4
     series = np.polynomial.Polynomial.fit(x, values - values.min(), 4, domain=[x[2] - h, x[2] + h], window=[-1, 1])
     slope, bend = series.deriv(), series.deriv(2)

@@ -1,4 +1,4 @@
-"""The loops of one axis: what is open, how far from instability it is, what limits its gains.
+"""The loops of an axis: open-loop responses, margins, and the largest gains.
 
     velocity loop   1 + Kp b,   b = (1 + 1/(Tn s)) P(s) s G_v
     position loop   1 + Kv X,   X = C G_p/(1 + C s G_v),   C = Kp (1 + 1/(Tn s)) P(s)
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, CurrentLoop, laplace
+from symoro_elastic.analysis.control.cascade import Cascade, laplace
 from symoro_elastic.analysis.control.closed_loop import closed_loop
 from symoro_elastic.analysis.control.largest_gain import LargestGain, Terms, largest_gain, refined_minimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, response_slopes
@@ -22,11 +22,14 @@ from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
 POINTS = 1200
-AROUND = np.linspace(-4, 4, 17)
-"""Places around a pole that frequencies are tried at, in its half widths."""
+FLANKS, FARTHEST = 4 * 2 ** (np.arange(1, 25) / 2), 1e-2
+AROUND = np.concatenate([-FLANKS[::-1], np.linspace(-4, 4, 17), FLANKS])
+"""Places around a pole that frequencies are tried at, in its half widths, as far as `FARTHEST` of its frequency."""
 NARROWEST = 1e-6
 PARTS = 3
 """Of dead times, where stability is asked: their approximation is then right up to five turns of phase or so."""
+NOTHING = 1e-12
+"""Of a relative derivative: a smaller one is rounding."""
 KEPT = 0.9
 """Of the distance without integral part, that remains with it."""
 EXACT_ROOT, MOST_STEPS = 1e-13, 60
@@ -37,7 +40,7 @@ SLOW = 0.02
 
 @dataclass(frozen=True)
 class OpenAxis:
-    """One axis of a plant without its drive, those of `others` closed; `fastest` is the least time of its drive, s.
+    """One axis of a plant without its drive, those of `others` closed; `fastest` is its drive's least time constant, s.
 
     `idle` is its own current controller, which answers to the back-EMF where no torque is wanted.
     """
@@ -49,25 +52,26 @@ class OpenAxis:
     idle: Cascade | None = None
 
     @property
-    def closed(self) -> tuple[Cascade, ...]:
-        """The loops that are closed while the axis is open."""
+    def closed_drives(self) -> tuple[Cascade, ...]:
+        """Drives whose loops are closed while the axis is open."""
         return (*self.others, self.idle) if self.idle else self.others
 
     @property
     def axis(self) -> Axis:
-        """Its rows."""
+        """Velocity and position rows of the axis."""
         return self.plant.axes[self.motor]
 
     @cached_property
     def frequencies(self) -> Array:
-        """Frequencies in Hz, ascending, that are close to each other around poles of the machine and of the others."""
+        """Frequencies in Hz, ascending, dense around poles of the machine and of the other drives."""
         poles = [damped_poles(self.plant.linear)[0]]
-        poles += [closed_loop(self.plant, self.closed).poles] if self.closed else []
-        found = np.concatenate([pole[np.abs(pole) > 0] for pole in poles])
-        found = found[found.imag >= 0]
-        sizes = np.abs(found) / (2 * np.pi)
-        half = np.maximum(np.abs(found.real) / np.abs(found), NARROWEST)
-        around = (sizes[:, None] * (1 + half[:, None] * AROUND)).ravel()
+        poles += [closed_loop(self.plant, self.closed_drives).poles] if self.closed_drives else []
+        eigenvalues = np.concatenate([pole[np.abs(pole) > 0] for pole in poles])
+        eigenvalues = eigenvalues[eigenvalues.imag >= 0]
+        sizes = np.abs(eigenvalues) / (2 * np.pi)
+        half = np.maximum(np.abs(eigenvalues.real) / np.abs(eigenvalues), NARROWEST)
+        away = half[:, None] * AROUND
+        around = (sizes[:, None] * (1 + away))[(np.abs(AROUND) <= 4) | (np.abs(away) < FARTHEST)]
         top = max([100.0, *(2 * sizes), *([2 / self.fastest] if self.fastest else [])])
         bottom = max(min([1e-2, *(sizes / 100)]), 1e-4)
         grid = np.geomspace(bottom, top, POINTS)
@@ -75,7 +79,7 @@ class OpenAxis:
 
     @cached_property
     def on_grid(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """The responses at its frequencies."""
+        """Responses s, G_p, G_v at `frequencies`."""
         return self._responses(self.frequencies)
 
     def responses(self, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -84,7 +88,7 @@ class OpenAxis:
 
     def _responses(self, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         s = laplace(frequencies)
-        return (s, *self.plant.axis_responses(s, self.motor, self.closed))
+        return (s, *self.plant.axis_responses(s, self.motor, self.closed_drives))
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class AxisLoops:
     @classmethod
     def around(cls, plant: Plant, cascade: Cascade, others: Sequence[Cascade]) -> AxisLoops:
         """Return the loops of a drive of a plant with other loops closed."""
-        fastest = min((one.time for one in cascade.path if one.time), default=0.0)
+        fastest = min((element.time for element in cascade.path if element.time), default=0.0)
         return cls(OpenAxis(plant, cascade.motor, tuple(others), fastest, cascade.idle), cascade)
 
     @property
@@ -112,12 +116,12 @@ class AxisLoops:
 
     @property
     def axis(self) -> Axis:
-        """Its rows."""
+        """Velocity and position rows of the axis."""
         return self.open.axis
 
     @property
     def frequencies(self) -> Array:
-        """Frequencies in Hz that are tried."""
+        """Frequencies of the search, Hz."""
         return self.open.frequencies
 
     def with_gains(self, **gains: float) -> AxisLoops:
@@ -128,13 +132,13 @@ class AxisLoops:
         """Return s, G_p and G_v at frequencies in Hz."""
         return self.open.responses(frequencies)
 
-    def terms_of_Kp(self, frequencies: Array | ComplexArray) -> Terms:
-        """Return a and b of the velocity loop, 1 + Kp b."""
-        s, _, G_v = self.responses(frequencies)
-        return np.ones_like(s), self.cascade.integral(s) * self.cascade.path_at(s) * s * G_v
+    def terms(self, key: str, frequencies: Array | ComplexArray) -> Terms:
+        """Return a and b of the velocity loop, 1 + Kp b, or of the position loop, 1 + Kv b."""
+        responses = self.responses(frequencies)
+        return np.ones_like(responses[0]), over_gain(key, self.cascade, *responses)
 
     def terms_of_integral(self, frequencies: Array, least: float, usual: float) -> Terms:
-        """Return a and b of the velocity loop by 1/Tn, 1 + Kp P s G_v and Kp P G_v, over the distance to keep.
+        """Return a and b of the velocity loop by 1/Tn, 1 + Kp P s G_v and Kp P G_v, over the required margin.
 
         That is nine tenths of what it is without integral part, between the `least` and the `usual` distance.
         """
@@ -144,60 +148,54 @@ class AxisLoops:
         distance = np.clip(KEPT * np.abs(a), least, usual)
         return a / distance, proportional / distance
 
-    def terms_of_Kv(self, frequencies: Array | ComplexArray) -> Terms:
-        """Return a and b of the position loop, 1 + Kv X."""
-        s, G_p, G_v = self.responses(frequencies)
-        C = self.cascade.controller(s)
-        return np.ones_like(s), C * G_p / (1 + C * s * G_v)
-
     def velocity_loop(self, frequencies: Array | ComplexArray) -> ComplexArray:
         """Return the open velocity loop at frequencies in Hz."""
-        return self.cascade.Kp * self.terms_of_Kp(frequencies)[1]
+        return self.cascade.Kp * self.terms("Kp", frequencies)[1]
 
     def position_loop(self, frequencies: Array | ComplexArray) -> ComplexArray:
         """Return the open position loop at frequencies in Hz."""
-        return self.cascade.Kv * self.terms_of_Kv(frequencies)[1]
+        return self.cascade.Kv * self.terms("Kv", frequencies)[1]
 
     def open_loops(self, frequencies: Array) -> dict[str, ComplexArray]:
         """Return both open loops at frequencies in Hz, by name."""
         return {"velocity": self.velocity_loop(frequencies), "position": self.position_loop(frequencies)}
 
-    def followed(self, frequencies: Array) -> ComplexArray:
-        """Return the controlled position by its set point, all loops closed, at frequencies in Hz."""
+    def position_response(self, frequencies: Array) -> ComplexArray:
+        """Return the controlled position per set point, all loops closed, at frequencies in Hz."""
         s, G_p, G_v = self.responses(frequencies)
         closed = 1 + self.cascade.controller(s) * (self.cascade.Kv * G_p + s * G_v)
-        found: ComplexArray = G_p / closed * (self.cascade.forward(s) + self._fed(s, self.cascade))
-        for one in (other for other in self.others if other.torque_forward):
-            torque = self.plant.axes[one.motor].velocity
+        response: ComplexArray = G_p / closed * (self.cascade.forward(s) + self._fed_torque(s, self.cascade))
+        for drive in (drive for drive in self.others if drive.torque_forward):
+            torque = self.plant.axes[drive.motor].velocity
             moved = self.plant.response(s, (*self.others, self.cascade), self.axis.position, torque)
-            found = found + moved * self._fed(s, one)
-        return found
+            response = response + moved * self._fed_torque(s, drive)
+        return response
 
-    def _fed(self, s: ComplexArray, drive: Cascade) -> ComplexArray:
-        """Return the torque that the inverse model makes a drive give by the set point of this axis."""
+    def _fed_torque(self, s: ComplexArray, drive: Cascade) -> ComplexArray:
+        """Return the feed-forward torque of a drive, by the inverse model, per set point of this axis."""
         if not drive.torque_forward:
             return np.zeros_like(s)
-        found: ComplexArray = drive.path_at(s) * self.plant.needed_torque(s, drive.motor, self.cascade.motor)
-        return found
+        return np.asarray(drive.path_at(s) * self.plant.needed_torque(s, drive.motor, self.cascade.motor))
 
     def is_stable(self, **gains: float) -> bool:
-        """Whether the loops are, with some gains; positions that no loop holds are free, and do not count."""
-        one = self.cascade.with_gains(**gains)
-        is_open = np.isnan(one.Kv) or one.Kv == 0
-        closed = {one.motor, *self.plant.held, *(other.motor for other in self.others)}
+        """Return whether the closed loops are stable with these gains; free positions without a loop do not count."""
+        drive = self.cascade.with_gains(**gains)
+        is_open = np.isnan(drive.Kv) or drive.Kv == 0
+        closed = {drive.motor, *self.plant.held, *(other.motor for other in self.others)}
         is_free = is_open or not closed >= self.plant.axes.keys()
-        rate = float(one.Kp * self.axis.velocity @ np.linalg.solve(self.plant.linear.M, self.axis.velocity))
-        loop = closed_loop(self.plant, [*self.others, one.with_gains(Kv=0.0) if is_open else one], PARTS)
+        rate = float(drive.Kp * self.axis.velocity @ np.linalg.solve(self.plant.linear.M, self.axis.velocity))
+        loop = closed_loop(self.plant, [*self.others, drive.with_gains(Kv=0.0) if is_open else drive], PARTS)
         return loop.is_stable(SLOW * rate if is_free else 0.0)
 
 
 def largest_Kp(loops: AxisLoops, modulus: float) -> LargestGain | None:
     """Return the largest Kp of the velocity loop, with its integral time."""
-    return largest_gain(loops.terms_of_Kp, loops.frequencies, modulus, lambda k: loops.is_stable(Kp=k, Kv=0.0))
+    terms = partial(loops.terms, "Kp")
+    return largest_gain(terms, loops.frequencies, modulus, lambda k: loops.is_stable(Kp=k, Kv=0.0))
 
 
 def largest_integral(loops: AxisLoops, least: float, usual: float) -> LargestGain | None:
-    """Return the largest 1/Tn of the velocity loop, which keeps nine tenths of its distance, or the `usual` one."""
+    """Return the largest 1/Tn of the velocity loop that keeps nine tenths of its margin, or the `usual` value."""
     return largest_gain(
         lambda f: loops.terms_of_integral(f, least, usual),
         loops.frequencies,
@@ -208,63 +206,55 @@ def largest_integral(loops: AxisLoops, least: float, usual: float) -> LargestGai
 
 def largest_Kv(loops: AxisLoops, modulus: float) -> LargestGain | None:
     """Return the largest Kv of the position loop around the velocity loop."""
-    return largest_gain(loops.terms_of_Kv, loops.frequencies, modulus, lambda k: loops.is_stable(Kv=k))
+    return largest_gain(partial(loops.terms, "Kv"), loops.frequencies, modulus, lambda k: loops.is_stable(Kv=k))
 
 
 # What limits a gain
 
 
-def influences(loops: AxisLoops, key: str, found: LargestGain) -> dict[str, float]:
-    """Return d ln k / d ln p of the largest Kp or Kv at its frequency, by parameter, dead time, lag and filter.
+def over_gain(key: str, drive: Cascade, s: ComplexArray, G_p: ComplexArray, G_v: ComplexArray) -> ComplexArray:
+    """Return b, the open loop of Kp or Kv divided by this gain."""
+    if key == "Kp":
+        return drive.integral(s) * drive.path_at(s) * s * G_v
+    C = drive.controller(s)
+    return C * G_p / (1 + C * s * G_v)
+
+
+def influences(loops: AxisLoops, key: str, largest: LargestGain) -> dict[str, float]:
+    """Return d ln k / d ln p of the largest Kp or Kv at its frequency, by name p of parameters and drive numbers.
 
     With g = |a + k b|^2, which stays as it is: dk = -k Re((a + k b)* db)/Re((a + k b)* b).
     """
-    if not np.isfinite(found.gain):
+    if not np.isfinite(largest.gain):
         return {}
-    at = np.array([found.frequency])
-    a, b = (loops.terms_of_Kp if key == "Kp" else loops.terms_of_Kv)(at)
-    distance = np.conj(a + found.gain * b)[0]
+    a, b = loops.terms(key, np.array([largest.frequency]))
+    distance = np.conj(a + largest.gain * b)[0]
     along = (distance * b[0]).real
-    slopes = slopes_of_terms(loops, key, found.frequency)
-    return {name: float(-(distance * change).real / along) for name, change in slopes.items() if change}
+    slopes = loop_slopes(loops, key, largest.frequency, lambda drive, *G: over_gain(key, drive, *G))
+    relative = {name: float(-(distance * change).real / along) for name, change in slopes.items()}
+    return {name: x for name, x in relative.items() if abs(x) > NOTHING}
 
 
-def slopes_of_terms(loops: AxisLoops, key: str, frequency: float) -> dict[str, complex]:
-    """Return p db/dp by name p, b being that of Kp or Kv."""
-    s, G_p, G_v = (x[0] for x in loops.responses(np.array([frequency])))
-    at = np.array([s])
-    path, integral, C = (f(at)[0] for f in (loops.cascade.path_at, loops.cascade.integral, loops.cascade.controller))
-    inner = 1 + C * s * G_v
-    by_G_v, by_G_p, by_path = (
-        (integral * path * s, 0.0, integral * path * s * G_v)
-        if key == "Kp"
-        else (-C * G_p * C * s / inner**2, C / inner, C * G_p / inner**2)
-    )
-    axis, linear, closed = loops.axis, loops.plant.linear, loops.open.closed
-    of_v = response_slopes(loops.plant, s, closed, axis.velocity, axis.velocity)
-    same = axis.position is axis.velocity
-    of_p = of_v if same or not by_G_p else response_slopes(loops.plant, s, closed, axis.position, axis.velocity)
-    values, mechanical = linear.motion.parameters, mechanical_names(loops.plant)
-    found = {name: values[name] * (by_G_v * of_v[name] + by_G_p * of_p[name]) for name in mechanical}
-    for one in loops.cascade.path:
-        if isinstance(one, CurrentLoop):  # dG = - s dY G G_v
-            by_Y = -s * one.dragged(at)[0] * G_v * (by_G_v * G_v + by_G_p * G_p)
-            found |= {name: complex(by_path * H[0] + by_Y * Y[0]) for name, (H, Y) in one.slopes(at).items()}
-        else:
-            found[one.name] = complex(by_path * one.slope(at)[0])
-    return found
+def loop_slopes(
+    loops: AxisLoops, key: str, frequency: float, of: Callable[..., ComplexArray], gain: float = 1.0
+) -> dict[str, complex]:
+    """Return p d/dp by name p of a loop of Kp or Kv: of `gain` times the function `of` of the drive and its responses.
 
-
-def mechanical_names(plant: Plant) -> list[str]:
-    """Return the parameters that no geometry depends on: rows of motors and signals do not change with them."""
-    motion = plant.linear.motion
-    geometry = {
-        name
-        for joint in motion.machine.joints
-        for formula in (joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r)
-        for name in formula.names
-    }
-    return [name for name in motion.parameters if name not in geometry]
+    Numbers of its own drive are named without their motor.
+    """
+    s, G_p, G_v = loops.responses(np.array([frequency]))
+    C, plant, closed = loops.cascade.controller(s)[0], loops.plant, loops.open.closed_drives
+    inner = 1 + C * s[0] * G_v[0]
+    by_v, by_p = over_gain("Kp", loops.cascade, s, G_p, np.ones_like(s))[0], 0.0
+    if key == "Kv":
+        by_v, by_p = -C * G_p[0] * C * s[0] / inner**2, C / inner
+    velocity, position = plant.rows(loops.cascade.motor)
+    totals = {name: complex(x[0]) for name, x in loops.cascade.slopes(lambda drive: of(drive, s, G_p, G_v)).items()}
+    for row, by in ((velocity, by_v), (position, by_p)):
+        for name, x in response_slopes(plant, complex(s[0]), closed, row, velocity).items() if by else ():
+            totals[name] = totals.get(name, 0.0) + gain * by * x
+    own = f"{loops.cascade.motor}, "
+    return {name.removeprefix(own): x for name, x in totals.items()}
 
 
 # How far a loop is from instability
@@ -272,7 +262,7 @@ def mechanical_names(plant: Plant) -> list[str]:
 
 @dataclass(frozen=True)
 class Margins:
-    """Of an open loop L: the least |1 + L|; the least phase, deg, to -180 where |L| = 1; the least factor to L = -1.
+    """Margins of an open loop L: least |1 + L|; phase margin, deg, at |L| = 1; gain margin, the least factor to L = -1.
 
     Each with its frequency, Hz; NaN where there is none.
     """
@@ -299,23 +289,25 @@ def margins(of: Callable[[Array], ComplexArray], frequencies: Array) -> Margins:
 
 
 def least(of: Callable[[Array], Array], frequencies: Array) -> tuple[float, float]:
-    """Return the least value over frequencies and its place, Hz, refined between its neighbours."""
+    """Return the least value over frequencies and its frequency, Hz, refined between neighbours."""
     k = int(np.nanargmin(of(frequencies)))
     return refined_minimum(of, frequencies, k)
 
 
 def crossings(of: Callable[[Array], Array], frequencies: Array) -> list[float]:
-    """Return the frequencies, Hz, at which a function changes its sign."""
+    """Return the frequencies, Hz, at which a function changes its sign: its zeros, and its real poles."""
     values = of(frequencies)
     changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
     if not len(changes):
         return []
-    found: list[float] = roots(of, frequencies[changes], frequencies[changes + 1]).tolist()
-    return found
+    places = roots(of, frequencies[changes], frequencies[changes + 1])
+    ends = np.minimum(np.abs(values[changes]), np.abs(values[changes + 1]))
+    zeros: list[float] = places[np.abs(of(places)) <= ends].tolist()
+    return zeros
 
 
 def roots(of: Callable[[Array], Array], low: Array, high: Array) -> Array:
-    """Return the places between `low` and `high` (n,) at which n functions are zero, all of them at a time.
+    """Return the zeros of n functions between `low` and `high` (n,), all at once.
 
     Regula falsi of Illinois: an end that stays counts half the next time (Dowell and Jarratt 1971).
     """
@@ -333,5 +325,5 @@ def roots(of: Callable[[Array], Array], low: Array, high: Array) -> Array:
 
 
 def loops_of(plant: Plant, cascades: Sequence[Cascade]) -> list[AxisLoops]:
-    """Return each axis with the other ones closed."""
-    return [AxisLoops.around(plant, one, [x for x in cascades if x is not one]) for one in cascades]
+    """Return the loops of the axes, the other axes closed."""
+    return [AxisLoops.around(plant, cascade, [x for x in cascades if x is not cascade]) for cascade in cascades]

@@ -1,4 +1,4 @@
-"""A linearized machine as its drives meet it: responses of positions and velocities to motor torques, and their slopes.
+"""A linearized machine around its drives: responses of positions and velocities to motor torques, and their slopes.
 
     Z(s) = s^2 M + s D + K + sum_j v_j^T C_j(s) (Kv_j p_j + s v_j) + sum_j s Y_j(s) v_j^T v_j
 
@@ -12,27 +12,40 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
-from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.linearization import Linearization, LinearSlopes, linear_slopes, moved_by
 from symoro_elastic.analysis.vibration.responses import with_modal_damping_slopes
-from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes
-from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.motion.signals import outputs
 
 BLOCK = 256
+Ends = tuple[AnyArray, AnyArray]
+"""The right sides (n,) of a response and of its adjoint."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The rows (n,) of a motor: of its velocity, and of the position that its drive controls."""
+    """The rows (n,) of a motor: of its velocity, and of the position that its drive controls, by the signal `measured`.
+
+    It is that of the motor itself where `measured` is empty.
+    """
 
     motor: str
     velocity: Array
     position: Array
+    measured: str = ""
+
+
+class Row(NamedTuple):
+    """A row (n,) of a signal or along which a force acts, and its derivatives (p, n) by parameters."""
+
+    values: Array | ComplexArray
+    slopes: Array | ComplexArray
 
 
 @dataclass(frozen=True)
@@ -50,14 +63,13 @@ class Plant:
 
     @cached_property
     def free(self) -> Array:
-        """A basis N (n, free) of the motions that held motors leave: q = N x."""
+        """A basis N (n, free) of the motions with locked motors: q = N x."""
         n = len(self.linear.M)
         if not self.held:
             return np.eye(n)
         rows = np.array([self.axes[name].velocity for name in self.held])
         _, sizes, basis = np.linalg.svd(rows)
-        basis_of_free: Array = basis[int(np.count_nonzero(sizes > 1e-12 * sizes[0])) :].T
-        return basis_of_free
+        return np.asarray(basis[int(np.count_nonzero(sizes > 1e-12 * sizes[0])) :].T)
 
     @cached_property
     def slopes(self) -> LinearSlopes:
@@ -66,78 +78,131 @@ class Plant:
 
     @cached_property
     def of_inverse_model(self) -> tuple[Array, Array, Array]:
-        """M, D, K (m, m) that motors feel where springs do not deflect, in order of `axes`, damping ratios left out."""
+        """M, D, K (m, m) at the motors with rigid springs, in order of `axes`, without modal damping."""
         linear, state = self.linear, self.linear.state
         V = np.array([axis.velocity for axis in self.axes.values()])
         if not np.array_equal(V @ V.T, np.eye(len(V))):
             what = "torque = true is for motors whose variables are independent: leave it out"
             raise InputError(linear.motion.source, "drives, feed_forward", what)
-        found = linear.motion.matrices(("M", "D", "K"), state.q, state.qd, state.qdd, state.torques)
-        M, D, K = (V @ matrix @ V.T for matrix in found)
+        matrices = linear.motion.matrices(("M", "D", "K"), state.q, state.qd, state.qdd, state.torques)
+        M, D, K = (V @ matrix @ V.T for matrix in matrices)
         return M, D, K
 
     def needed_torque(self, s: ComplexArray, motor: str, by: str) -> ComplexArray:
-        """Return the torque (frequencies,) of a motor that the inverse model asks for by the position of another."""
+        """Return the torque (frequencies,) of a motor that the inverse model requires per position of another motor."""
         names = [*self.axes]
         m, d, k = (matrix[names.index(motor), names.index(by)] for matrix in self.of_inverse_model)
-        found: ComplexArray = s * s * m + s * d + k
-        return found
+        return np.asarray(s * s * m + s * d + k)
+
+    def signal(self, name: str) -> Row:
+        """Return the row of a position output with its slopes by parameters, through geometry and sag."""
+        k = _output(self.linear, name)
+        return Row(self.linear.Cq[k], self.slopes.C[0][:, k])
+
+    def rows(self, motor: str) -> tuple[Row, Row]:
+        """Return the rows of the velocity of a motor, and of the position that its drive controls."""
+        axis, k = self.axes[motor], self.linear.motion.motor_names.index(motor)
+        own = Row(axis.velocity, self.slopes.motors[:, k])
+        if not axis.measured:
+            return own, own
+        row, square = self.signal(axis.measured), float(own.values @ own.values)
+        ratio = row.values @ own.values / square
+        changed = (row.slopes @ own.values + own.slopes @ (row.values - 2 * ratio * own.values)) / square
+        return own, Row(axis.position, (row.slopes - np.outer(changed, axis.position)) / ratio)
 
     def stiffness_at(self, s: ComplexArray, closed: Sequence[Cascade]) -> ComplexArray:
-        """Return N^T Z N (frequencies, free, free) with some loops closed: one product of coefficients and matrices."""
-        N, linear = self.free, self.linear
+        """Return N^T Z N (frequencies, free, free) with some loops closed."""
+        return self._stiffness(s, closed, self.free)
+
+    def _stiffness(self, s: ComplexArray, closed: Sequence[Cascade], N: Array) -> ComplexArray:
+        """Return N^T Z N with some loops closed, as one product of coefficients and matrices."""
+        linear = self.linear
         coefficients, matrices = [s * s, s, np.ones_like(s)], [linear.M, linear.D, linear.K]
-        for one in closed:
-            axis, C = self.axes[one.motor], one.controller(s)
-            braked = C + one.current.dragged(s) if one.current else C
-            coefficients += [one.Kv * C, s * braked]
+        for drive in closed:
+            axis = self.axes[drive.motor]
+            coefficients += drive.feedback(s)
             matrices += [np.outer(axis.velocity, axis.position), np.outer(axis.velocity, axis.velocity)]
         flat = (N.T @ np.array(matrices) @ N).reshape(len(matrices), N.shape[1] ** 2).astype(complex)
-        found: ComplexArray = (np.stack(coefficients, axis=1) @ flat).reshape(len(s), N.shape[1], N.shape[1])
-        return found
+        return np.asarray((np.stack(coefficients, axis=1) @ flat).reshape(len(s), N.shape[1], N.shape[1]))
 
-    def moved(self, s: ComplexArray, closed: Sequence[Cascade], forces: Array) -> ComplexArray:
-        """Return Z^-1 F (frequencies, n, forces) with some loops closed."""
-        found = np.empty((len(s), *forces.shape), dtype=complex)
+    def work_slopes(
+        self, s: complex, closed: Sequence[Cascade], adjoint: ComplexArray, x: ComplexArray, ends: Ends
+    ) -> dict[str, complex]:
+        """Return p left^T dZ/dp x by name p; `ends` are row and force (n,) of Z^T left = row, Z x = force.
+
+        They hold up to what held motors do. Parameters change masses, springs and dampers, positions of springs, rows
+        of motors, and numbers of drives.
+        """
+        at, slopes, values = np.array([s]), self.slopes, self.linear.motion.parameters
+        by = adjoint @ (s * s * slopes.M + s * slopes.D + slopes.K) @ x
+        totals: dict[str, complex] = {}
+        for drive in closed:
+            velocity, position = self.rows(drive.motor)
+            gains = np.concatenate(drive.feedback(at))
+            moved, pushed = np.array([position.values @ x, velocity.values @ x]), adjoint @ velocity.values
+            by = by + (velocity.slopes @ adjoint) * (gains @ moved)
+            by = by + pushed * (gains[0] * (position.slopes @ x) + gains[1] * (velocity.slopes @ x))
+            for name, change in drive.slopes(lambda c: np.concatenate(c.feedback(at))).items():
+                totals[name] = totals.get(name, 0) + complex(pushed * (change @ moved))
+        if self.held:
+            by = by + self._of_held(self._stiffness(at, closed, np.eye(len(x)))[0], adjoint, x, ends)
+        for name, change in zip(slopes.names, by.tolist(), strict=True):
+            totals[name] = totals.get(name, 0) + values[name] * change
+        return totals
+
+    def _of_held(self, Z: ComplexArray, adjoint: ComplexArray, x: ComplexArray, ends: Ends) -> ComplexArray:
+        """Return the contribution of locked motors' rows V, V x = 0, by parameter.
+
+        V^T a = force - Z x are their torques, V^T b = row - Z^T left those of the adjoint problem.
+        """
+        motors, (row, force) = [self.rows(name)[0] for name in self.held], ends
+        V = np.array([motor.values for motor in motors]).T.astype(complex)
+        a, b = np.linalg.lstsq(V, np.stack([force - Z @ x, row - Z.T @ adjoint], axis=1), rcond=None)[0].T
+        terms = [motor.slopes @ (a[k] * adjoint + b[k] * x) for k, motor in enumerate(motors)]
+        return np.asarray(np.sum(terms, axis=0), dtype=complex)
+
+    def displacements(self, s: ComplexArray, closed: Sequence[Cascade], forces: AnyArray) -> ComplexArray:
+        """Return the displacements Z^-1 F (frequencies, n, forces) with some loops closed."""
         N = self.free
-        pushed = (N.T @ forces).astype(complex)[None]
-        for first in range(0, len(s), BLOCK):
-            part = slice(first, first + BLOCK)
-            moved = np.linalg.solve(self.stiffness_at(s[part], closed), pushed)
-            found[part] = N @ moved if self.held else moved
-        return found
+        parts = [s[first : first + BLOCK] for first in range(0, len(s), BLOCK)]
+        moved = [moved_by(lambda s: self.stiffness_at(s, closed), part, N.T @ forces) for part in parts]
+        solution: ComplexArray = np.concatenate(moved or [np.zeros((0, N.shape[1], forces.shape[1]), dtype=complex)])
+        return N @ solution if self.held else solution
 
     def response(self, s: ComplexArray, closed: Sequence[Cascade], row: Array, force: Array) -> ComplexArray:
         """Return row Z^-1 force (frequencies,) with some loops closed."""
-        found: ComplexArray = self.moved(s, closed, force[:, None])[:, :, 0] @ row
-        return found
+        return np.asarray(self.displacements(s, closed, force[:, None])[:, :, 0] @ row)
 
     def axis_responses(
         self, s: ComplexArray, motor: str, closed: Sequence[Cascade]
     ) -> tuple[ComplexArray, ComplexArray]:
         """Return the controlled position and the motor's own (frequencies,) by the torque of a motor."""
         axis = self.axes[motor]
-        moved = self.moved(s, closed, axis.velocity[:, None])[:, :, 0]
+        moved = self.displacements(s, closed, axis.velocity[:, None])[:, :, 0]
         return moved @ axis.position, moved @ axis.velocity
+
+
+def _output(linear: Linearization, name: str) -> int:
+    (signal,) = outputs(linear.motion.given, [name])
+    return linear.outputs.index(signal.name)
 
 
 def position_row(linear: Linearization, name: str) -> Array:
     """Return the row (n,) of an output that is a position, by its name."""
-    (signal,) = outputs(linear.motion.given, [name])
-    row: Array = linear.Cq[linear.outputs.index(signal.name)]
-    return row
+    return np.asarray(linear.Cq[_output(linear, name)])
 
 
-def response_slopes(
-    plant: Plant, s: complex, closed: Sequence[Cascade], row: Array, force: Array
-) -> dict[str, complex]:
-    """Return the derivatives of row Z^-1 force by parameters, by name: - lambda^T dZ x with Z x = force.
+def response_slopes(plant: Plant, s: complex, closed: Sequence[Cascade], row: Row, force: Row) -> dict[str, complex]:
+    """Return p d(row Z^-1 force)/dp by name p: - lambda^T dZ x + drow x + lambda^T dforce with Z x = force.
 
-    lambda solves Z^T lambda = row. Positions of springs follow their loads. Parameters of the geometry, on which rows
-    depend, are left out.
+    lambda solves Z^T lambda = row. Positions of springs follow their loads.
     """
-    N, slopes = plant.free, plant.slopes
-    Z = plant.stiffness_at(np.array([s]), closed)[0]
-    x, left = N @ np.linalg.solve(Z, N.T @ force), N @ np.linalg.solve(Z.T, N.T @ row)
-    found = -(left @ (s * s * slopes.M + s * slopes.D + slopes.K) @ x)
-    return dict(zip(slopes.names, found.tolist(), strict=True))
+    N, values, at = plant.free, plant.linear.motion.parameters, np.array([s])
+    x = plant.displacements(at, closed, force.values[:, None])[0, :, 0]
+    back = moved_by(lambda s: plant.stiffness_at(s, closed).transpose(0, 2, 1), at, N.T @ row.values[:, None])
+    adjoint = N @ back[0, :, 0]
+    work = plant.work_slopes(s, closed, adjoint, x, (row.values, force.values))
+    totals = {name: -change for name, change in work.items()}
+    for name, change in zip(plant.slopes.names, (row.slopes @ x + force.slopes @ adjoint).tolist(), strict=True):
+        totals[name] += values[name] * change
+    return totals

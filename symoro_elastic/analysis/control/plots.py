@@ -17,6 +17,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import MOST_NAMED, curve, curves, legend, logarithmic, shades, y_label
 from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.quantities.units import MICRO
 
 FURTHEST = 3.0
 """Half the width of a Nyquist diagram around -1."""
@@ -30,21 +31,21 @@ STYLES = {"velocity": "-", "position": "--"}
 @figures_of.register
 def _(control: Control) -> dict[str, Plot | str]:
     """Return open_loops_<motor> and nyquist_<motor> for each axis, and compliances."""
-    found: dict[str, Plot | str] = {}
+    plots: dict[str, Plot | str] = {}
     by_place = [loops_of(plant, control.cascades) for plant in control.plants]
-    for k, one in enumerate(control.cascades):
+    for k, cascade in enumerate(control.cascades):
         axes = [loops[k] for loops in by_place]
-        title = f"{control.machine}: open loops of {one.motor}"
+        title = f"{control.machine}: open loops of {cascade.motor}"
         near = f"{title}, circles at their distances to -1"
-        found[f"open_loops_{one.motor}"] = Plot(title, partial(_bode, control, axes), 2, size=(8.0, 5.5))
-        found[f"nyquist_{one.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
+        plots[f"open_loops_{cascade.motor}"] = Plot(title, partial(_bode, control, axes), 2, size=(8.0, 5.5))
+        plots[f"nyquist_{cascade.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
     title = f"{control.machine}: compliance with all loops closed"
-    return found | {"compliances": Plot(title, partial(_compliances, control), size=(8.0, 4.2))}
+    return plots | {"compliances": Plot(title, partial(_compliances, control), size=(8.0, 4.2))}
 
 
 @figures_of.register
 def _(lobes: Lobes) -> dict[str, Plot | str]:
-    """Return stability_lobes: depths and frequencies of waves over the spindle speed."""
+    """Return the plot stability_lobes: depths and chatter frequencies over the spindle speed."""
     title = f"{lobes.machine}: stability lobes along {', '.join(lobes.cut.forces)}, stable below"
     return {"stability_lobes": Plot(title, partial(_lobes, lobes), 2, size=(8.0, 5.5), ratios=(2, 1))}
 
@@ -65,19 +66,19 @@ def _lobes(lobes: Lobes, depth: Any, waves: Any) -> None:
     legend(depth)
 
 
-def shown(axis: AxisLoops) -> Array:
-    """Return the frequencies at which loops are drawn: those that are tried, and some between."""
-    tried = axis.frequencies[axis.frequencies >= SLOWEST]
-    found: Array = np.exp(
-        np.interp(np.arange((len(tried) - 1) * BETWEEN + 1) / BETWEEN, range(len(tried)), np.log(tried))
+def plot_frequencies(axis: AxisLoops) -> Array:
+    """Return the frequencies of drawn curves: those of the search, and some between."""
+    coarse = axis.frequencies[axis.frequencies >= SLOWEST]
+    fine: Array = np.exp(
+        np.interp(np.arange((len(coarse) - 1) * BETWEEN + 1) / BETWEEN, range(len(coarse)), np.log(coarse))
     )
-    return found
+    return fine
 
 
 def _bode(control: Control, axes: list[AxisLoops], magnitude: Any, phase: Any) -> None:
     """Draw magnitude and phase of the open loops of an axis, a colour for each position."""
     for k, (axis, place) in enumerate(zip(axes, control.places, strict=True)):
-        frequencies = shown(axis)
+        frequencies = plot_frequencies(axis)
         for name, L in axis.open_loops(frequencies).items():
             look = {"linestyle": STYLES[name], "color": curve(k)["color"]}
             label = f"{name}, {place_text(place.place)}" if len(axes) > 1 else name
@@ -100,7 +101,7 @@ def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
         circle = -1 + distance * turn
         plane.plot(circle.real, circle.imag, STYLES[name], color=shades().grey, linewidth=0.8)
     for k, axis in enumerate(axes):
-        for name, L in axis.open_loops(shown(axis)).items():
+        for name, L in axis.open_loops(plot_frequencies(axis)).items():
             plane.plot(L.real, L.imag, STYLES[name], color=curve(k)["color"], label=name if k == 0 else None)
     plane.plot([-1], [0], "+", color=shades().ink, markersize=8)
     plane.set_xlim(-1 - FURTHEST, -1 + FURTHEST)
@@ -112,21 +113,21 @@ def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
 
 
 def _compliances(control: Control, axis: Any) -> None:
-    """Draw the displacement of each output by a force there over the frequency, all loops closed."""
-    names = [one.output for one in control.places[0].compliances]
+    """Draw the displacements of outputs by forces there over the frequency, all loops closed."""
+    names = [compliance.output for compliance in control.places[0].compliances]
     columns: list[Array] = []
     labels: list[str] = []
     for plant, place in zip(control.plants, control.places, strict=True):
-        grid = shown(loops_of(plant, control.cascades)[0])
+        grid = plot_frequencies(loops_of(plant, control.cascades)[0])
         for name in names:
             row = position_row(plant.linear, name)
             moved = np.abs(plant.response(laplace(grid), control.cascades, row, row))
             if moved.any():
-                columns.append(np.stack([grid, moved]))
+                columns.append(np.stack([grid, MICRO * moved]))
                 labels.append(f"{name}, {place_text(place.place)}" if len(control.places) > 1 else name)
     for k, ((grid, moved), label) in enumerate(zip(columns, labels, strict=True)):
         curves(axis, grid, moved[:, None], [label] if k < MOST_NAMED else [""], k)
-    units = dict.fromkeys(one.unit for one in control.places[0].compliances)
+    units = dict.fromkeys(f"u{compliance.unit}" for compliance in control.places[0].compliances)
     y_label(axis, "compliance", " or ".join(units))
     axis.set_xlabel("frequency, Hz")
     if columns:

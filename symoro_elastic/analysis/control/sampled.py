@@ -6,7 +6,7 @@ The torque's set point w is held. It changes a dead time 0 < Td <= T after a sam
 
 x holding the machine and its current loops. Controllers read the machine at samples: integral parts by backward Euler,
 filters by Tustin's rule that is exact at their own frequency. Drives without a period are closed in A. A cascade with
-modes above half the sampling rate is told as it is: the map knows nothing of frequencies.
+modes above half the sampling rate is exact: the map has no frequency limit.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from symoro_elastic.analysis.control.cascade import (
     biquad_system,
     first_order_system,
 )
-from symoro_elastic.analysis.control.closed_loop import closed_loop
+from symoro_elastic.analysis.control.closed_loop import NOTHING, closed_loop
 from symoro_elastic.analysis.control.drive_laws import TAU, XD, current_loop
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
@@ -44,57 +44,57 @@ class SampledLoop:
 
     @property
     def poles(self) -> ComplexArray:
-        """The eigenvalues of the map: a motion that lasts is at 1."""
-        found: ComplexArray = np.linalg.eigvals(self.map).astype(complex)
-        return found
+        """Eigenvalues of the map: a lasting motion is at 1."""
+        return np.asarray(np.linalg.eigvals(self.map).astype(complex))
 
     @property
     def growth(self) -> float:
-        """The fastest growth of a motion, 1/s: negative where all decay."""
-        return float(np.log(np.abs(self.poles).max()) / self.period)
+        """Fastest growth of a motion, 1/s: negative if all decay, 0 within rounding."""
+        log_radius = float(np.log(np.abs(self.poles).max()))
+        return log_radius / self.period if abs(log_radius) > NOTHING else 0.0
 
 
 def period_of(cascades: Sequence[Cascade], source: str) -> float:
     """Return the period of the sampled drives, 0 where there are none; raises `InputError` where they have several."""
-    periods = {one.motor: hold.time for one in cascades for hold in one.path if isinstance(hold, Hold)}
+    periods = {cascade.motor: hold.time for cascade in cascades for hold in cascade.path if isinstance(hold, Hold)}
     if len({*periods.values()}) > 1:
-        shown = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
-        raise InputError(source, "drives, period", f"{shown}: sampled drives have one period")
+        periods_by_motor = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
+        raise InputError(source, "drives, period", f"{periods_by_motor}: sampled drives have one period")
     return next(iter(periods.values()), 0.0)
 
 
 def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | None:
-    """Return the map of all loops; None where no drive is sampled. Raises `InputError`."""
+    """Return the map of all loops; None without a sampled drive. Raises `InputError` for different periods."""
     source = plant.linear.motion.source
     period = period_of(cascades, source)
     if not period:
         return None
-    sampled = [VelocityLaw.of(one, period, source) for one in cascades if any(isinstance(x, Hold) for x in one.path)]
-    names = {one.cascade.motor for one in sampled}
-    rest = closed_loop(plant, [one for one in cascades if one.motor not in names])
-    A, B = _with_current_loops(plant, rest.A, rest.by_force, sampled)
-    old, new = _held(A, B, [one.dead_time for one in sampled], period)
+    with_hold = [drive for drive in cascades if any(isinstance(x, Hold) for x in drive.path)]
+    sampled = [VelocityLaw.of(drive, period, source) for drive in with_hold]
+    continuous = closed_loop(plant, [drive for drive in cascades if drive not in with_hold])
+    A, B = _with_current_loops(plant, continuous.A, continuous.by_force, sampled)
+    old, new = _hold_columns(A, B, [controller.dead_time for controller in sampled], period)
     return SampledLoop(_map(plant, A, old, new, sampled, period), period)
 
 
 def _with_current_loops(plant: Plant, A: Array, by_force: Array, sampled: Sequence[VelocityLaw]) -> tuple[Array, Array]:
-    """Return A and B of the machine behind the current loops of sampled drives, whose states are the last ones."""
-    laws = [current_loop(one.cascade, one.lag) for one in sampled]
+    """Return A and B of the machine with the current loops of sampled drives, whose states come last."""
+    laws = [current_loop(controller.cascade, controller.lag) for controller in sampled]
     n, N = len(A), plant.free
     ends = n + np.cumsum([0, *(len(law.A) for law in laws)])
-    whole, B = np.zeros((ends[-1], ends[-1])), np.zeros((ends[-1], len(sampled)))
-    whole[:n, :n] = A
-    for k, (one, law) in enumerate(zip(sampled, laws, strict=True)):
-        velocity, own = plant.axes[one.cascade.motor].velocity, slice(ends[k], ends[k + 1])
+    matrix, B = np.zeros((ends[-1], ends[-1])), np.zeros((ends[-1], len(sampled)))
+    matrix[:n, :n] = A
+    for k, (controller, law) in enumerate(zip(sampled, laws, strict=True)):
+        velocity, own = plant.axes[controller.cascade.motor].velocity, slice(ends[k], ends[k + 1])
         push = by_force @ velocity
-        whole[:n, own], whole[own, own] = np.outer(push, law.C), law.A
-        whole[own, N.shape[1] : 2 * N.shape[1]] = np.outer(law.B[:, XD], velocity @ N)
+        matrix[:n, own], matrix[own, own] = np.outer(push, law.C), law.A
+        matrix[own, N.shape[1] : 2 * N.shape[1]] = np.outer(law.B[:, XD], velocity @ N)
         B[own, k], B[:n, k] = law.B[:, TAU], push * law.D[TAU]
-    return whole, B
+    return matrix, B
 
 
-def _held(A: Array, B: Array, dead_times: Sequence[float], period: float) -> tuple[Array, Array]:
-    """Return what old and new set points of torque do over a period, (states, drives) each."""
+def _hold_columns(A: Array, B: Array, dead_times: Sequence[float], period: float) -> tuple[Array, Array]:
+    """Return the input columns of previous and new torque set points over a period, (states, drives) each."""
     expm = for_vibrations("scipy.linalg").expm
     n = len(A)
     old, new = np.zeros_like(B), np.zeros_like(B)
@@ -110,29 +110,29 @@ def _held(A: Array, B: Array, dead_times: Sequence[float], period: float) -> tup
 def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[VelocityLaw], period: float) -> Array:
     """Return the map of x, the set points w of torque, and the controllers' states, in this order."""
     n, m = len(A), len(sampled)
-    sizes = [len(one.A) for one in sampled]
+    sizes = [len(controller.A) for controller in sampled]
     ends = np.cumsum([n + m, *sizes])
     step = np.zeros((ends[-1], ends[-1]))
     step[:n, :n] = for_vibrations("scipy.linalg").expm(A * period)
     step[:n, n : n + m] = old
     N = plant.free
     free = N.shape[1]
-    for k, one in enumerate(sampled):
-        axis, own = plant.axes[one.cascade.motor], slice(ends[k], ends[k + 1])
+    for k, controller in enumerate(sampled):
+        axis, own = plant.axes[controller.cascade.motor], slice(ends[k], ends[k + 1])
         error = np.zeros(ends[-1])  # e = -(Kv p + v) at the sample
-        error[:free], error[free : 2 * free] = -one.cascade.Kv * (axis.position @ N), -(axis.velocity @ N)
-        w = one.D * error
-        w[own] += one.C
+        error[:free], error[free : 2 * free] = -controller.cascade.Kv * (axis.position @ N), -(axis.velocity @ N)
+        w = controller.D * error
+        w[own] += controller.C
         step[n + k] = w
         step[:n] += np.outer(new[:, k], w)
-        step[own] += np.outer(one.B, error)
-        step[own, own] += one.A
+        step[own] += np.outer(controller.B, error)
+        step[own, own] += controller.A
     return step
 
 
 @dataclass(frozen=True)
 class VelocityLaw:
-    """A sampled velocity controller with filters, z+ = A z + B e, w = C z + D e; dead time and lag behind it."""
+    """A sampled velocity controller with filters, z+ = A z + B e, w = C z + D e; its dead time and its lag."""
 
     cascade: Cascade
     A: Array
@@ -143,29 +143,29 @@ class VelocityLaw:
     lag: float
 
     @classmethod
-    def of(cls, one: Cascade, period: float, source: str) -> VelocityLaw:
+    def of(cls, cascade: Cascade, period: float, source: str) -> VelocityLaw:
         """Return the controller of a cascade; raises `InputError` for a dead time beyond a period."""
-        dead = sum(x.time for x in one.path if isinstance(x, DeadTime))
+        dead = sum(x.time for x in cascade.path if isinstance(x, DeadTime))
         if dead > period * (1 + 1e-12):
             what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
-            raise InputError(source, f"drives, {one.motor}, dead_time", what)
-        law = System.gain(one.Kp)
-        if one.Tn < np.inf:
-            share = period / one.Tn
-            law = System(np.eye(1), np.array([period]), np.array([one.Kp / one.Tn]), one.Kp * (1 + share))
-        lags = [x for x in one.path if isinstance(x, FirstOrder) and x.name == CURRENT]
-        for x in one.path:
+            raise InputError(source, f"drives, {cascade.motor}, dead_time", what)
+        law = System.gain(cascade.Kp)
+        if cascade.Tn < np.inf:
+            share = period / cascade.Tn
+            law = System(np.eye(1), np.array([period]), np.array([cascade.Kp / cascade.Tn]), cascade.Kp * (1 + share))
+        lags = [x for x in cascade.path if isinstance(x, FirstOrder) and x.name == CURRENT]
+        for x in cascade.path:
             if isinstance(x, Biquad):
                 law = law.then(by_tustin(biquad_system(x), x.w, period))
             elif isinstance(x, FirstOrder) and x.name != CURRENT:
                 law = law.then(by_tustin(first_order_system(x), 1 / x.time, period))
-        return cls(one, law.A, law.B, law.C, law.D, min(dead, period), sum(x.time for x in lags))
+        return cls(cascade, law.A, law.B, law.C, law.D, min(dead, period), sum(x.time for x in lags))
 
 
-def by_tustin(one: System, w: float, period: float) -> System:
-    """Return a filter over samples by s = c (z - 1)/(z + 1), c = w/tan(w T/2): right at w, below half the rate."""
+def by_tustin(law: System, w: float, period: float) -> System:
+    """Return a filter over samples by s = c (z - 1)/(z + 1), c = w/tan(w T/2): exact at w below half the rate."""
     c = w / np.tan(w * period / 2) if w * period < np.pi else 2 / period
-    inverse = np.linalg.inv(c * np.eye(len(one.A)) - one.A)
+    inverse = np.linalg.inv(c * np.eye(len(law.A)) - law.A)
     root = np.sqrt(2 * c)
-    D = one.D + float(one.C @ inverse @ one.B)
-    return System(inverse @ (c * np.eye(len(one.A)) + one.A), root * inverse @ one.B, root * one.C @ inverse, D)
+    D = law.D + float(law.C @ inverse @ law.B)
+    return System(inverse @ (c * np.eye(len(law.A)) + law.A), root * inverse @ law.B, root * law.C @ inverse, D)

@@ -1,10 +1,10 @@
-"""Gains by the distance of their loops from instability at all positions: Kp, Tn, Kv of each axis in turn.
+"""Gains by the modulus margins of their loops at all positions: Kp, Tn, Kv of the axes in turn.
 
-    Kp   the largest of the velocity loop without integral part, times `ROOM` where an integral part is sought, too
+    Kp   the largest of the velocity loop without integral part, times `ROOM` where an integral part is tuned, too
     Tn   the smallest with which the velocity loop keeps nine tenths of its distance, or that of position loops
     Kv   the largest of the position loop around it
 
-In a first pass axes whose gains are sought are held, and free, as they are at low and at high frequencies, and the
+In a first pass axes whose gains are tuned are held, and free, as they are at low and at high frequencies, and the
 smaller gain counts; in a second pass all loops are closed.
 """
 
@@ -34,55 +34,64 @@ class Distances:
     position: float
 
 
-USUAL = Distances(0.5, 0.7)
-"""Distances where none are given."""
+@dataclass(frozen=True)
+class Tuning:
+    """How gains are tuned: at `distances`, all or only those that the file leaves open, one by one or `together`."""
+
+    distances: Distances = Distances(0.5, 0.7)
+    all_gains: bool = False
+    together: bool = False
 
 
-def tuned(plants: Sequence[Plant], cascades: Sequence[Cascade], distances: Distances) -> list[Cascade]:
-    """Return the cascades with their sought gains; raises `InputError` where none, or nothing, limits one."""
-    found = list(cascades)
+AT_USUAL_DISTANCES = Tuning()
+"""Gains that the file leaves open, at the default modulus margins."""
+
+
+def tuned_cascades(plants: Sequence[Plant], cascades: Sequence[Cascade], distances: Distances) -> list[Cascade]:
+    """Return the cascades with computed gains; raises `InputError` for one without solution or limit."""
+    tuned = list(cascades)
     for turn in range(PASSES):
-        for k, one in enumerate(found):
-            if one.sought:
-                known = [x for x in found if x is not one and (turn or not x.sought)]
-                others = tuple(x.motor for x in found if x is not one and x not in known)
-                at = [replace(plant, held=(*plant.held, *held)) for plant in plants for held in {(), others}]
-                found[k] = _tuned([AxisLoops.around(plant, one, known) for plant in at], one, distances)
-    return found
+        for k, drive in enumerate(tuned):
+            if drive.tuned_gains:
+                closed = [x for x in tuned if x is not drive and (turn or not x.tuned_gains)]
+                open_motors = tuple(x.motor for x in tuned if x is not drive and x not in closed)
+                at = [replace(plant, held=(*plant.held, *locked)) for plant in plants for locked in {(), open_motors}]
+                tuned[k] = _tuned_cascade([AxisLoops.around(plant, drive, closed) for plant in at], drive, distances)
+    return tuned
 
 
-def _tuned(loops: Sequence[AxisLoops], one: Cascade, distances: Distances) -> Cascade:
-    """Return one cascade with its sought gains, from its loops at all positions."""
-    integral = "Tn" in one.sought
-    if "Kp" in one.sought:
-        without = one.with_gains(Tn=np.inf) if integral else one
+def _tuned_cascade(loops: Sequence[AxisLoops], drive: Cascade, distances: Distances) -> Cascade:
+    """Return one cascade with its tuned gains, from its loops at all positions."""
+    integral = "Tn" in drive.tuned_gains
+    if "Kp" in drive.tuned_gains:
+        without = drive.with_gains(Tn=np.inf) if integral else drive
         largest = _least(loops, without, "Kp", lambda at: largest_Kp(at, distances.velocity))
-        one = one.with_gains(Kp=(ROOM if integral else 1.0) * largest)
+        drive = drive.with_gains(Kp=(ROOM if integral else 1.0) * largest)
     if integral:
-        without = one.with_gains(Tn=np.inf)
+        without = drive.with_gains(Tn=np.inf)
         rate = _least(loops, without, "Tn", lambda at: largest_integral(at, distances.velocity, distances.position))
-        one = one.with_gains(Tn=1 / rate)
-    if "Kv" in one.sought:
-        one = one.with_gains(Kv=_least(loops, one, "Kv", lambda at: largest_Kv(at, distances.position)))
-    return one
+        drive = drive.with_gains(Tn=1 / rate)
+    if "Kv" in drive.tuned_gains:
+        drive = drive.with_gains(Kv=_least(loops, drive, "Kv", lambda at: largest_Kv(at, distances.position)))
+    return drive
 
 
 def _least(
     loops: Sequence[AxisLoops], one: Cascade, key: str, largest: Callable[[AxisLoops], LargestGain | None]
 ) -> float:
-    """Return the gain that all positions allow."""
+    """Return the least of the largest gains over all positions."""
     return min(_at(replace(at, cascade=one), key, largest) for at in loops)
 
 
 def _at(loops: AxisLoops, key: str, largest: Callable[[AxisLoops], LargestGain | None]) -> float:
-    """Return the gain that one position allows; raises `InputError` where there is none, or nothing limits it."""
-    found, plant = largest(loops), loops.plant
+    """Return the largest gain at one position; raises `InputError` without a solution or without a limit."""
+    limit, plant = largest(loops), loops.plant
     place = "".join(f" at {name}={x:g}" for name, x in plant.place.items())
     where = f"drives, {loops.cascade.motor}, {key}"
-    if found is None:
+    if limit is None:
         what = f"no value keeps the loop stable and at its distance{place}: lower --modulus, or change the other gains"
         raise InputError(plant.linear.motion.source, where, what)
-    if found.gain == np.inf:
+    if limit.gain == np.inf:
         what = f"nothing limits it{place}: give a dead_time, a period, or the lag of the current loop"
         raise InputError(plant.linear.motion.source, where, what)
-    return found.gain
+    return limit.gain

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade
-from symoro_elastic.analysis.control.control import AxisControl, Compliance, Control, Limit, PlaceControl
+from symoro_elastic.analysis.control.cascade import Cascade, is_gain
+from symoro_elastic.analysis.control.control import AxisControl, Compliance, Control, Limit, PlaceControl, RuledAxis
 from symoro_elastic.analysis.control.cutting import Cut, Milling
 from symoro_elastic.analysis.control.largest_gain import LargestGain
 from symoro_elastic.analysis.control.lobes import Lobe, Lobes
 from symoro_elastic.analysis.control.loops import Margins
-from symoro_elastic.analysis.control.rules import RuledAxis
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 from symoro_elastic.machine.drives import gain_unit
+from symoro_elastic.quantities.units import MICRO
 
 MOST_LISTED = 3
 LEAST_LISTED = 0.05
@@ -29,9 +29,9 @@ STIFFNESS = ".stiffness"
 declare(
     Cascade,
     *(Field(name) for name in ("motor", "Kv", "Kp")),
-    Field("Tn", lambda one: one.Tn if np.isfinite(one.Tn) else None),
+    Field("Tn", lambda axis: axis.Tn if np.isfinite(axis.Tn) else None),
     *(Field(name) for name in ("velocity_forward", "acceleration_forward")),
-    Field("tuned", "sought"),
+    Field("tuned", "tuned_gains"),
 )
 declare(
     Margins,
@@ -43,7 +43,7 @@ declare(
     Field("gain_frequency"),
 )
 declare(LargestGain, Field("gain"), Field("frequency"))
-declare(Limit, Field("key"), Field("distance"), Field("largest"), Field("influences", lambda one: dict(one.strongest)))
+declare(Limit, Field("key"), Field("distance"), Field("largest"), Field("influences", lambda x: dict(x.strongest)))
 declare(
     AxisControl,
     Field("motor"),
@@ -86,7 +86,7 @@ declare(
     Field("frequencies", "waves"),
     Field("least"),
     Field("frequency"),
-    Field("influences", lambda one: dict(one.strongest)),
+    Field("influences", lambda lobe: dict(lobe.strongest)),
 )
 declare(
     Lobes,
@@ -101,19 +101,20 @@ declare(
 
 @parts_of.register
 def _(lobes: Lobes) -> list[Part]:
-    """Return the deepest stable cuts, and what limits the least one."""
-    heads = ("position", "stable at all speeds", "waves at, Hz", "best speed, 1/min", "stable there")
+    """Return the deepest stable cuts, and the influences on the least one."""
+    heads = ("position", "stable at all speeds", "chatter frequency, Hz", "best speed, 1/min", "limit at that speed")
     table = Table(heads, title=lobes.machine)
     for place in lobes.places:
         depths = place.depths if place.periodic is None else place.periodic
         best = int(np.argmax(depths))
-        cells = (_millimetres(place.least), f"{place.frequency:.4g}", f"{lobes.speeds[best]:.5g}")
+        waves = f"{place.frequency:.4g}" if np.isfinite(place.frequency) else "-"
+        cells = (_millimetres(place.least), waves, f"{lobes.speeds[best]:.5g}")
         table.add_row(place_text(place.place), *cells, _millimetres(depths[best]))
     worst = min(lobes.places, key=lambda place: place.least)
     effects = [_effect(name, x) for name, x in worst.strongest if abs(x) >= LEAST_LISTED][:MOST_LISTED]
-    said = f"waves at {worst.frequency:.4g} Hz limit the depth at all speeds to {_millimetres(worst.least)}"
+    summary = f"chatter at {worst.frequency:.4g} Hz limits the depth at all speeds to {_millimetres(worst.least)}"
     unlimited = "no depth is unstable: the response has no negative real part"
-    return [table, f"{said}: {'; '.join(effects)}" if np.isfinite(worst.least) else unlimited, *lobes.notes]
+    return [table, f"{summary}: {'; '.join(effects)}" if np.isfinite(worst.least) else unlimited, *lobes.notes]
 
 
 def _millimetres(depth: float) -> str:
@@ -122,7 +123,7 @@ def _millimetres(depth: float) -> str:
 
 @parts_of.register
 def _(control: Control) -> list[Part]:
-    """Return gains, loops and compliances at each position, and what limits each gain."""
+    """Return gains, loops and compliances at each position, and the influences on each gain."""
     parts: list[Part] = [gains_table(control), loops_table(control)]
     if control.rules:
         parts.append(rules_table(control))
@@ -130,24 +131,34 @@ def _(control: Control) -> list[Part]:
 
 
 def gains_table(control: Control) -> Table:
-    """Return a row for each axis: its gains, of the joint and, where there is a ratio, of the rotor's own axis."""
+    """Return a row for each axis: its gains, referred to the joint and, with a ratio, to the rotor's axis."""
     table = Table(("axis", "Kp", "Kp of the rotor", "Tn, s", "Kv, 1/s", "Kv, m/min/mm", "found"), title=control.machine)
     for axis in control.places[0].axes:
-        one, unit = axis.cascade, gain_unit("Kp", axis.joint)
+        cascade, unit = axis.cascade, gain_unit("Kp", axis.joint)
         ratio = axis.joint.ratio.value(control.plants[0].linear.motion.parameters)
-        rotor = f"{one.Kp / ratio**2:.5g} N m s/rad" if ratio else "-"
-        integral = f"{one.Tn:.4g}" if np.isfinite(one.Tn) else "-"
-        found = ", ".join(one.sought) or "-"
+        rotor = f"{cascade.Kp / ratio**2:.5g} N m s/rad" if ratio else "-"
+        integral = f"{cascade.Tn:.4g}" if np.isfinite(cascade.Tn) else "-"
+        tuned = ", ".join(cascade.tuned_gains) or "-"
         table.add_row(
-            axis.motor, f"{one.Kp:.5g} {unit}", rotor, integral, f"{one.Kv:.4g}",
-            f"{M_PER_MIN_AND_MM * one.Kv:.3g}", found,
+            axis.motor, f"{cascade.Kp:.5g} {unit}", rotor, integral, f"{cascade.Kv:.4g}",
+            f"{M_PER_MIN_AND_MM * cascade.Kv:.3g}", tuned,
         )  # fmt: skip
     return table
 
 
 def loops_table(control: Control) -> Table:
-    """Return a row for each loop of each axis at each position: margins; bandwidths and error of the position."""
-    heads = ("position", "axis", "loop", "modulus", "phase, deg", "gain", "bandwidth, Hz", "-90 deg, Hz", "behind, ms")
+    """Return a row for each loop of the axes at each position: margins; bandwidths and error of the position."""
+    heads = (
+        "position",
+        "axis",
+        "loop",
+        "min |1 + L|",
+        "phase, deg",
+        "gain",
+        "bandwidth, Hz",
+        "-90 deg, Hz",
+        "following error, ms",
+    )
     table = Table(heads, title="loops", keys=3)
     for place in control.places:
         for axis in place.axes:
@@ -160,34 +171,34 @@ def loops_table(control: Control) -> Table:
 
 
 def rules_table(control: Control) -> Table:
-    """Return a row for each rule and axis: its gains, and what the loops have of them at the worst position."""
+    """Return a row for each rule and axis: its gains, and the least margins of the loops over positions."""
     heads = ("rule", "axis", "inertia", "T, ms", "Kp", "Tn, ms", "Kv, 1/s", "velocity", "position", "all loops")
     table = Table(heads, title="published rules, and the least |1 + L| with them", keys=2)
     units = {axis.motor: gain_unit("Kp", axis.joint) for axis in control.places[0].axes}
-    for one in control.rules:
-        drive = one.cascade
+    for rule in control.rules:
+        drive = rule.cascade
         integral = f"{1e3 * drive.Tn:.4g}" if np.isfinite(drive.Tn) else "-"
-        sizes = (f"{one.inertia:.4g}", f"{1e3 * one.time:.4g}", f"{drive.Kp:.5g} {units[drive.motor]}", integral)
-        is_stable = one.growth < 0
-        loops = (f"{one.velocity:.3g}", f"{one.position:.3g}", "stable") if is_stable else ("-", "-", "unstable")
-        table.add_row(f"{one.rule} ({one.source})", drive.motor, *sizes, f"{drive.Kv:.4g}", *loops)
+        sizes = (f"{rule.inertia:.4g}", f"{1e3 * rule.time:.4g}", f"{drive.Kp:.5g} {units[drive.motor]}", integral)
+        is_stable = rule.growth <= 0
+        loops = (f"{rule.velocity:.3g}", f"{rule.position:.3g}", "stable") if is_stable else ("-", "-", "unstable")
+        table.add_row(f"{rule.rule} ({rule.source})", drive.motor, *sizes, f"{drive.Kv:.4g}", *loops)
     return table
 
 
 def compliances_table(control: Control) -> Table:
-    """Return a row for each output that a force moves, at each position."""
+    """Return a row for each output with a compliance, at each position."""
     table = Table(("position", "output", "at rest", "peak", "at, Hz"), title="compliance, all loops closed", keys=2)
     for place in control.places:
-        for one in place.compliances:
-            if one.peak:
-                sizes = (f"{x:.4g} {one.unit}" for x in (one.static, one.peak))
-                table.add_row(place_text(place.place), one.output, *sizes, f"{one.frequency:.4g}")
+        for compliance in place.compliances:
+            if compliance.peak:
+                sizes = (f"{MICRO * x:.4g} u{compliance.unit}" for x in (compliance.static, compliance.peak))
+                table.add_row(place_text(place.place), compliance.output, *sizes, f"{compliance.frequency:.4g}")
     return table
 
 
-def _margins(found: Margins) -> tuple[str, str, str]:
-    phase, gain = ("-" if np.isnan(x) else f"{x:.3g}" for x in (found.phase, found.gain))
-    return f"{found.modulus:.3g}", phase, gain
+def _margins(margins: Margins) -> tuple[str, str, str]:
+    phase, gain = ("-" if np.isnan(x) else f"{x:.3g}" for x in (margins.phase, margins.gain))
+    return f"{margins.modulus:.3g}", phase, gain
 
 
 def _frequency(f: float) -> str:
@@ -196,49 +207,49 @@ def _frequency(f: float) -> str:
 
 def place_text(place: Mapping[str, float]) -> str:
     """Return a position in words."""
-    return ", ".join(f"{name} {x:g}" for name, x in place.items()) or "as given"
+    return ", ".join(f"{name} {x:g}" for name, x in place.items()) or "initial position"
 
 
 def limits_lines(control: Control) -> list[str]:
-    """Return a sentence for each gain of each axis, at the position that allows least of it."""
+    """Return a sentence for each gain of the axes, at the position with the least limit."""
     lines = []
-    for k, one in enumerate(control.cascades):
+    for k, axis in enumerate(control.cascades):
         for number in range(len(control.places[0].axes[k].limits)):
             at = [place.axes[k].limits[number] for place in control.places]
-            lines.append(_sentence(one, min(at, key=_allowed)))
+            repeated = {x.removeprefix(f"{axis.motor}, ") for drive in control.cascades for x in drive.repeated_names}
+            lines.append(_sentence(axis, min(at, key=lambda x: x.largest.gain if x.largest else 0.0), repeated))
     return lines
 
 
-def _allowed(limit: Limit) -> float:
-    return limit.largest.gain if limit.largest else 0.0
-
-
-def _sentence(one: Cascade, limit: Limit) -> str:
-    said = f"{limit.key} of {one.motor}"
+def _sentence(cascade: Cascade, limit: Limit, repeated_names: Collection[str]) -> str:
+    subject = f"{limit.key} of {cascade.motor}"
     if limit.largest is None:
-        return f"{said}: no value keeps its loop stable and {limit.distance:g} away from instability"
+        return f"{subject}: no value keeps its loop stable and {limit.distance:g} away from instability"
     if not np.isfinite(limit.largest.gain):
-        return f"{said} is not limited: the drive has no dead time and no lag, or the machine no springs"
-    now = getattr(one, limit.key)
-    below = "its value" if abs(now / limit.largest.gain - 1) < 1e-6 else f"now {now:.5g}"
-    first = f"{said} may be {limit.largest.gain:.5g} ({below}), limited at {limit.largest.frequency:.4g} Hz by "
-    strongest = [(name, x) for name, x in limit.strongest if abs(x) >= LEAST_LISTED]
-    shown = strongest[:MOST_LISTED]
+        return f"{subject} is not limited: the drive has no dead time and no lag, or the machine no springs"
+    now = getattr(cascade, limit.key)
+    used = "in use" if abs(now / limit.largest.gain - 1) < 1e-6 else f"in use {now:.5g}"
+    first = f"{subject}: maximum {limit.largest.gain:.5g} ({used}), limited at {limit.largest.frequency:.4g} Hz by "
+    strongest = [(name, x) for name, x in limit.strongest if not (is_gain(name) or name in repeated_names)]
+    strongest = [(name, x) for name, x in strongest if abs(x) >= LEAST_LISTED]
+    listed = strongest[:MOST_LISTED]
     springs = [pair for pair in strongest if pair[0].endswith(STIFFNESS)][:1]
-    shown += [pair for pair in springs if pair not in shown]
-    return first + ("; ".join(_effect(name, x) for name, x in shown) or "nothing that a parameter changes")
+    listed += [pair for pair in springs if pair not in listed]
+    return first + ("; ".join(_effect(name, x) for name, x in listed) or "nothing that a parameter changes")
 
 
 def _effect(name: str, slope: float) -> str:
-    """What one per cent of a parameter does: in the direction that raises the gain."""
+    """Return the effect of a parameter's one per cent on the gain, in the direction that raises it."""
     return f"{name} (1 % {'more' if slope > 0 else 'less'} raises it by {abs(slope):.2g} %)"
 
 
 def stability_lines(control: Control) -> list[str]:
-    """Return a line for each position at which the loops are unstable, or that all are stable."""
-    unstable = [place for place in control.places if place.growth >= 0]
+    """Return a line for each position with unstable loops, or one that all are stable."""
+    unstable = [place for place in control.places if place.growth > 0]
     period = control.places[0].period
     sampled = f", sampled every {1e3 * period:g} ms" if period else ""
     if not unstable:
-        return [f"all loops closed{sampled}: stable" + (" at all positions" if len(control.places) > 1 else "")]
+        lasts = any(place.growth == 0 for place in control.places)
+        but = ", but a motion lasts that no drive and no damping stops" if lasts else ""
+        return [f"all loops closed{sampled}: stable" + (" at all positions" if len(control.places) > 1 else "") + but]
     return [f"unstable at {place_text(place.place)}: a motion grows by {place.growth:.3g} 1/s" for place in unstable]

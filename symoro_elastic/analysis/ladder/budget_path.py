@@ -1,51 +1,57 @@
-"""The path of a budget: at each step that is left out which saves the most operations for the error that it adds.
+"""The path of a budget: every step omits what saves the most operations for the error that it adds.
 
 Candidates are the next springs in the order of the ladder, one or several at once; numbers of bodies and rotors; static
 springs that are held where they are neutral instead of where the motion starts. Numbers stay where drives feed the
 inverse model forward, which has them, too. What a number saves is estimated by
 uses (`savings`), then counted in the programs without it. Errors are those of the linear model along the motions, and
-add up by the triangle inequality. The shares of the ladder, a quarter of the tolerances for time steps, are where the
-path begins; what is left at its end is spent on longer steps.
+add up by the triangle inequality. The path begins at the shares of the ladder, a quarter of the tolerances for time
+steps; the slack at its end is spent on longer steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import takewhile
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from symoro_elastic.analysis.ladder.budget import PathStep, Spent
-from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers, with_symbols
 from symoro_elastic.analysis.ladder.predicted_rungs import Prediction, held_springs, zeros_of
-from symoro_elastic.analysis.ladder.rung import Rung, Steps
-from symoro_elastic.analysis.ladder.savings import Savings
+from symoro_elastic.analysis.ladder.rung import PREDICTED_FRACTION, Expense, PathStep, Rung, Steps
 from symoro_elastic.analysis.simulation.compiled_steps import ways_of
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative
-from symoro_elastic.analysis.simulation.simulate import SHARE
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.analysis.simulation.simulate import SHARE, StepCost
+from symoro_elastic.codegen.integration.tableaus import METHODS, Method
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.columns import with_cells
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Parameter
+from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.zeroed import name_of, numbers_of
+from symoro_elastic.models.steps.implicit_steps import Motors
+from symoro_elastic.numerics.evaluation.arrays import values_along
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.within.budget import ErrorBudget, Item, by_gain, spend
+from symoro_elastic.numerics.within.liveness import Liveness
+from symoro_elastic.numerics.within.tape import Change, Kind, Tape
 
-FILLED = 0.95
-"""Of the tolerances that the path spends; the rest is for what the linear model does not tell."""
-FREE = 1e-6
-"""Of the tolerances: what adds less is ranked by what it saves alone."""
 NEARLY = 0.25
 """Of the best gain: numbers that gain as much are left out at once."""
 Errors = Mapping[str, float]
+LEAST_INERTIA = 0.5
+"""Of the inertia that a motion sees along any combination of joints: how much stays of it."""
 
 
 class Candidate(NamedTuple):
-    """What may be left out next: what it adds by output, and about how many operations it saves over the motion."""
+    """A part that may be omitted next: the error that it adds by output, and operations saved, estimated."""
 
-    spent: Spent
+    expense: Expense
     names: tuple[str, ...]
     added: Errors
     saved: float
@@ -54,80 +60,90 @@ class Candidate(NamedTuple):
 class BudgetPath:
     """The search along the motions of a prediction; `rungs` are those of its ladder."""
 
-    def __init__(self, prediction: Prediction, rungs: Sequence[Rung]) -> None:
+    def __init__(
+        self, prediction: Prediction, rungs: Sequence[Rung], spent: Collection[Expense] = frozenset(Expense)
+    ) -> None:
+        """`spent` is what the tolerances may be spent on."""
+        self._spent = spent
         self.prediction, self.tolerance = prediction, prediction.tolerance
+        self._budget = ErrorBudget(self.tolerance, PREDICTED_FRACTION)
         self._rungs = [rung for rung in rungs if not rung.locked]
         self._numbers = [LeftOutNumbers(path) for path in prediction.paths]
-        self._of_springs = [self._outputs(rung.left_out) for rung in self._rungs]
-        self._steps: dict[int, Steps] = {}
+        models = [[path.following(rung.left_out) for path in prediction.paths] for rung in self._rungs]
+        self._of_springs = [[Deviations(path).with_springs([x])[1][:, 0] for path, x in pairs] for pairs in models]
+        """Outputs (N, names), motion by motion, where springs and parts of drives follow."""
+        self._steps = {k: rung.chosen for k, rung in enumerate(self._rungs) if rung.chosen}
         self._changes: dict[int, dict[str, list[Array]]] = {}
         self._savings: dict[tuple[int, str], Savings] = {}
-        self._refused: set[tuple[tuple[str, ...], tuple[str, ...]]] = set()
-        """Springs, and what does not fit or save beside them: there will be less room later."""
+        self._rejected: set[tuple[tuple[str, ...], tuple[str, ...]]] = set()
+        """Springs left out, and items that do not fit or save with them: later the slack is smaller."""
+        self._ranked: list[Item[Candidate]] = []
 
     def run(self, progress: Progress = no_progress) -> tuple[PathStep, ...]:
-        """Return the path, from the whole machine to where nothing that saves operations fits."""
-        steps = self.prediction.steps_of(self._rungs[0])
+        """Return the path, from the full machine to where nothing that saves operations fits."""
+        steps = self._rungs[0].chosen or self.prediction.steps_of(self._rungs[0])
         none = dict.fromkeys(self.tolerance, 0.0)
-        path = [PathStep(Spent.WHOLE, (), dict(steps.predicted), dict(steps.predicted), self._rungs[0])]
-        path = [replace(path[0], rung=replace(self._rungs[0], predicted=none, chosen=steps))]
-        while following := self._next(path[-1]):
-            path.append(following)
-            progress(round(100 * relative(path[-1].total, self.tolerance)), 100)
-        last = self._with_longer_steps(path[-1])
+        first = replace(self._rungs[0], predicted=none, chosen=steps)
+        path = [PathStep(Expense.WHOLE, (), dict(steps.predicted), dict(steps.predicted), first)]
+        with suppress(KeyboardInterrupt):  # the path so far is simulated, too
+            for step in spend(path[0], self._items, self._accept):
+                path.append(step)
+                progress(round(100 * self._budget.used_fraction(step.total)), 100)
+        last = self._with_longer_steps(path[-1]) if Expense.STEPS in self._spent else None
         return (*path, last) if last else tuple(path)
 
-    def _next(self, now: PathStep) -> PathStep | None:
-        """Return the step that saves most for what it adds; None where none fits."""
-        room = self._room(now.rung.predicted)
-        by_gain = sorted(self._candidates(now), key=self._gain, reverse=True)
-        by_gain = [one for one in by_gain if _fits(one.added, room) and self._key(now, one) not in self._refused]
-        together = self._together(by_gain, self._place(now.rung), room)
-        for one in (*together, *by_gain):
-            found = self._taken(now, one, room)
-            if found and found.steps.cost < now.steps.cost and _fits(found.total, self._room({})):
-                return found
-            self._refused.add(self._key(now, one))
+    def _items(self, now: PathStep) -> list[Item[Candidate]]:
+        """Return the candidates after a step that fit and are not rejected."""
+        slack = self._budget.slack(now.rung.predicted)
+        candidates = [x for x in self._candidates(now) if x.expense in self._spent and _fits(x.added, slack)]
+        items = [Item(x, x.saved, relative(x.added, self.tolerance)) for x in candidates]
+        self._ranked = by_gain(x for x in items if self._key(now, x.what) not in self._rejected)
+        return self._ranked
+
+    def _accept(self, now: PathStep, candidate: Candidate) -> PathStep | None:
+        """Return the step without a candidate, numbers of nearly its gain with it where they fit; else None."""
+        for choice in (*self._together(now, candidate), candidate):
+            following = self._without(now, choice)
+            if following and following.steps.cost < now.steps.cost and self._budget.fits(following.total):
+                return following
+            self._rejected.add(self._key(now, choice))
         return None
 
-    def _gain(self, one: Candidate) -> float:
-        """Return the operations that a candidate saves for the part of the tolerances that it takes."""
-        return one.saved / max(relative(one.added, self.tolerance), FREE)
+    def _key(self, now: PathStep, candidate: Candidate) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return now.rung.left_out, candidate.names
 
-    def _key(self, now: PathStep, one: Candidate) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        return now.rung.left_out, one.names
-
-    def _together(self, by_gain: Sequence[Candidate], k: int, room: Errors) -> list[Candidate]:
-        """Return the first numbers as one candidate, while they gain nearly as much as the first one and fit."""
-        least, changes = NEARLY * self._gain(by_gain[0]) if by_gain else 0.0, self._changes_at(k) if by_gain else {}
-        first = list(takewhile(lambda x: x.spent is Spent.NUMBERS and self._gain(x) >= least, by_gain))
-        while len(first) > 1:
-            names = tuple(name for one in first for name in one.names)
+    def _together(self, now: PathStep, candidate: Candidate) -> list[Candidate]:
+        """Return a number and those that gain nearly as much as a single candidate, as many as fit."""
+        if candidate.expense is not Expense.NUMBERS:
+            return []
+        changes, slack = self._changes_at(self._place(now.rung)), self._budget.slack(now.rung.predicted)
+        first = next(k for k, item in enumerate(self._ranked) if item.what is candidate)
+        least = NEARLY * self._ranked[first].gain
+        similar = takewhile(lambda x: x.what.expense is Expense.NUMBERS and x.gain >= least, self._ranked[first:])
+        group = [item.what for item in similar]
+        while len(group) > 1:
+            names = tuple(name for x in group for name in x.names)
             added = self._largest([changes[name] for name in names])
-            if _fits(added, room):
-                return [Candidate(Spent.NUMBERS, names, added, sum(one.saved for one in first))]
-            first = first[: len(first) // 2]
+            if _fits(added, slack):
+                return [Candidate(Expense.NUMBERS, names, added, sum(x.saved for x in group))]
+            group = group[: len(group) // 2]
         return []
-
-    def _room(self, taken: Errors) -> dict[str, float]:
-        """Return what is left of the tolerances."""
-        return {name: FILLED * limit - taken.get(name, 0.0) for name, limit in self.tolerance.items()}
 
     def _candidates(self, now: PathStep) -> Iterator[Candidate]:
         rung = now.rung
         k = self._place(rung)
         yield from self._springs(now, k)
-        if not now.steps.method or any(one.torque_forward for one in self.prediction.references[0].drives):
+        if not now.steps.method or any(drive.torque_forward for drive in self.prediction.references[0].drives):
             return
         changes, savings = self._changes_at(k), self._savings_at(k, now.steps.method)
-        taken = (*rung.zero, *rung.neutral)
-        before = savings.of(taken)
-        held = tuple(name for name in changes if name in rung.left_out and name not in rung.neutral)
-        groups: list[tuple[tuple[str, ...], Spent]]
-        groups = [((name,), Spent.NUMBERS) for name in changes if name not in rung.left_out and name not in taken]
-        groups += [((name,), Spent.NEUTRAL) for name in held] + ([(held, Spent.NEUTRAL)] if len(held) > 1 else [])
+        omitted = (*rung.zero, *rung.neutral)
+        before = savings.of(omitted)
+        static = tuple(name for name in changes if name in rung.left_out and name not in rung.neutral)
+        groups: list[tuple[tuple[str, ...], Expense]]
+        groups = [((name,), Expense.NUMBERS) for name in changes if name not in rung.left_out and name not in omitted]
+        groups += [(names, Expense.NEUTRAL) for names in (*((name,) for name in static), *[static] * (len(static) > 1))]
         for names, spent in groups:
-            saved = (savings.of((*taken, *names)) - before) * now.steps.steps
+            saved = (savings.of((*omitted, *names)) - before) * now.steps.steps
             if saved > 0:
                 yield Candidate(spent, names, self._largest([changes[name] for name in names]), saved)
 
@@ -137,103 +153,191 @@ class BudgetPath:
             added = self._largest(
                 [[y - x for x, y in zip(self._of_springs[k], self._of_springs[following], strict=True)]]
             )
-            steps = self._steps_at(following, self._room(now.rung.predicted), added)
+            steps = self._steps_at(following, self._budget.slack(now.rung.predicted), added)
             if steps is not None:
-                share = steps.cost / self._steps_at_least(k, now).cost
+                share = steps.cost / self._steps.get(k, now.steps).cost
                 names = tuple(name for name in self._rungs[following].left_out if name not in now.rung.left_out)
-                yield Candidate(Spent.SPRINGS, names, added, now.steps.cost * (1 - share))
+                yield Candidate(Expense.SPRINGS, names, added, now.steps.cost * (1 - share))
 
-    def _taken(self, now: PathStep, one: Candidate, room: Errors) -> PathStep | None:
+    def _without(self, now: PathStep, candidate: Candidate) -> PathStep | None:
         """Return the path's next step with its operations counted; None where too little inertia would be left."""
-        rung, names = now.rung, one.names
-        if one.spent is Spent.SPRINGS:
+        rung, names = now.rung, candidate.names
+        if candidate.expense is Expense.SPRINGS:
             left_out = tuple(sorted((*rung.left_out, *names), key=self._rungs[-1].left_out.index))
             rung = replace(rung, left_out=left_out)
-            steps = self._steps_at(self._place(rung), room, one.added)
+            steps = self._steps_at(self._place(rung), self._budget.slack(now.rung.predicted), candidate.added)
             assert steps is not None
         else:
-            zero, neutral = (names, ()) if one.spent is Spent.NUMBERS else ((), names)
+            zero, neutral = (names, ()) if candidate.expense is Expense.NUMBERS else ((), names)
             rung, steps = replace(rung, zero=(*rung.zero, *zero), neutral=(*rung.neutral, *neutral)), now.steps
-        if not all(self._has_inertia(numbers, rung) for numbers in self._numbers):
+        if rung.zero and not all(x.has_inertia(rung.zero, rung.left_out) for x in self._numbers):
             return None
         steps = replace(steps, operations=self.prediction.operations_of(rung, steps.method))
-        predicted = _sum(now.rung.predicted, one.added)
+        predicted = _sum(now.rung.predicted, candidate.added)
         rung = replace(rung, predicted=predicted, chosen=steps)
         total = _sum(predicted, steps.predicted)
         total = {name: max(x, now.total[name]) for name, x in total.items()}
-        return PathStep(one.spent, names, one.added, total, rung)
+        return PathStep(candidate.expense, names, candidate.added, total, rung)
 
     def _with_longer_steps(self, now: PathStep) -> PathStep | None:
-        """Return the same model with the cheapest steps for all that is left of the tolerances; None without gain."""
+        """Return the same model with the cheapest steps for all of the slack; None without gain."""
         if not now.steps.method:
             return None
-        room = self._room(now.rung.predicted)
-        found = self.prediction.steps_of(now.rung, tolerance=room, share=1.0)
-        if found.cost >= now.steps.cost or not _fits(found.predicted, room):
+        slack = self._budget.slack(now.rung.predicted)
+        steps = self.prediction.steps_of(now.rung, tolerance=slack, share=1.0)
+        if steps.cost >= now.steps.cost or not _fits(steps.predicted, slack):
             return None
-        total = {name: max(x, now.total[name]) for name, x in _sum(now.rung.predicted, found.predicted).items()}
+        total = {name: max(x, now.total[name]) for name, x in _sum(now.rung.predicted, steps.predicted).items()}
         added = {name: x - now.total[name] for name, x in total.items()}
-        return PathStep(Spent.STEPS, (), added, total, replace(now.rung, chosen=found))
+        return PathStep(Expense.STEPS, (), added, total, replace(now.rung, chosen=steps))
 
-    def _steps_at(self, k: int, room: Errors, added: Errors) -> Steps | None:
-        """Return the time steps of a rung of the ladder that fit beside what it adds; None where there is no room."""
-        left = {name: x - added[name] for name, x in room.items()}
-        if min(left.values()) <= 0 or not self.prediction.holds(self._rungs[k]):
+    def _steps_at(self, k: int, slack: Errors, added: Errors) -> Steps | None:
+        """Return the time steps of a rung of the ladder that fit with what it adds; None without slack."""
+        slack_of_steps = {name: x - added[name] for name, x in slack.items()}
+        if min(slack_of_steps.values()) <= 0 or not self.prediction.holds(self._rungs[k]):
             return None
-        if k not in self._steps or not _fits(self._steps[k].predicted, left):
-            limits = {name: min(x, SHARE * self.tolerance[name]) for name, x in left.items()}
+        if k not in self._steps or not _fits(self._steps[k].predicted, slack_of_steps):
+            limits = {name: min(x, SHARE * self.tolerance[name]) for name, x in slack_of_steps.items()}
             self._steps[k] = self.prediction.steps_of(self._rungs[k], tolerance=limits, share=1.0)
-        return self._steps[k] if _fits(self._steps[k].predicted, left) else None
-
-    def _steps_at_least(self, k: int, now: PathStep) -> Steps:
-        """Return the time steps of a rung where its springs alone are left out."""
-        return self._steps.get(k, now.steps)
+        return self._steps[k] if _fits(self._steps[k].predicted, slack_of_steps) else None
 
     def _place(self, rung: Rung) -> int:
-        return next(k for k, one in enumerate(self._rungs) if {*one.left_out} == {*rung.left_out})
-
-    def _outputs(self, left_out: Sequence[str]) -> list[Array]:
-        """Return the outputs (N, names) of each motion where springs and parts of drives follow."""
-        each = [path.following(left_out) for path in self.prediction.paths]
-        return [Deviations(path).with_springs([springs])[1][:, 0] for path, springs in each]
+        return next(k for k, other in enumerate(self._rungs) if {*other.left_out} == {*rung.left_out})
 
     def _changes_at(self, k: int) -> dict[str, list[Array]]:
-        """Return the changes of outputs (N, names) of each motion by name, where the springs of a rung are static."""
+        """Return by name the changes of outputs (N, names), motion by motion, where a rung's springs are static."""
         if k not in self._changes:
             left_out = self._rungs[k].left_out
             names = (*self._numbers[0].numbers, *(x for x in self._numbers[0].neutral if x in left_out))
-            each = [one.changes([(name,) for name in names], left_out) for one in self._numbers]
-            self._changes[k] = {name: [x[:, row] for x in each] for row, name in enumerate(names)}
+            changes = [numbers.changes([(name,) for name in names], left_out) for numbers in self._numbers]
+            self._changes[k] = {name: [x[:, row] for x in changes] for row, name in enumerate(names)}
         return self._changes[k]
 
     def _savings_at(self, k: int, method: str) -> Savings:
-        """Return what a step of a rung saves without numbers, and with springs held as neutral."""
+        """Return the operations that a step of a rung saves without numbers, and with springs held as neutral."""
         if (k, method) not in self._savings:
             prediction, rung = self.prediction, self._rungs[k]
             machine, symbols = with_symbols(prediction.references[0].loaded)
-            held = held_springs(prediction.machine, prediction.references[0], rung)
+            positions = held_springs(prediction.machine, prediction.references[0], rung)
             shifted = [name for name in rung.left_out if name in self._numbers[0].neutral]
             own = {name: f"held{j}" for j, name in enumerate(shifted)}
-            new = tuple(Parameter(own[name], held[name]) for name in shifted)
+            new = tuple(Parameter(own[name], positions[name]) for name in shifted)
             machine = replace(machine, parameters=(*machine.parameters, *new))
-            static = {name: Formula.parse(own[name]) if name in own else x for name, x in held.items()}
+            static = {name: Formula.parse(own[name]) if name in own else x for name, x in positions.items()}
             symbols = symbols | own
-            kept = restrict(machine, Scene(static=dict(static), zero=zeros_of(replace(rung, zero=()), held)))
-            self._savings[k, method] = Savings(kept, ways_of(prediction.references[0]), symbols, METHODS[method])
+            restricted = restrict(machine, Scene(static=dict(static), zero=zeros_of(replace(rung, zero=()), positions)))
+            self._savings[k, method] = Savings(restricted, ways_of(prediction.references[0]), symbols, METHODS[method])
         return self._savings[k, method]
-
-    def _has_inertia(self, numbers: LeftOutNumbers, rung: Rung) -> bool:
-        return not rung.zero or numbers.has_inertia(rung.zero, rung.left_out)
 
     def _largest(self, changes: Sequence[Sequence[Array]]) -> dict[str, float]:
         """Return the largest sum of changes by output, over all motions."""
-        each = [np.abs(sum(parts)).max(axis=0) for parts in zip(*changes, strict=True)]
-        return dict(zip(self.tolerance, np.max(each, axis=0).tolist(), strict=True))
+        by_motion = [np.abs(sum(parts)).max(axis=0) for parts in zip(*changes, strict=True)]
+        return dict(zip(self.tolerance, np.max(by_motion, axis=0).tolist(), strict=True))
 
 
-def _fits(errors: Errors, room: Errors) -> bool:
-    return all(errors[name] <= x for name, x in room.items())
+def _fits(errors: Errors, slack: Errors) -> bool:
+    return all(errors[name] <= x for name, x in slack.items())
 
 
 def _sum(first: Errors, second: Errors) -> dict[str, float]:
     return {name: x + second[name] for name, x in first.items()}
+
+
+class Savings:
+    """What a step of some programs saves where symbols are zero."""
+
+    def __init__(self, machine: Machine, motors: Motors, symbols: Mapping[str, str], method: Method) -> None:
+        """`symbols` are parameters of the machine by the names of what is left out; all others are constants."""
+        constants = [p.name for p in machine.parameters if p.value is not None and p.name not in symbols.values()]
+        self._programs = [(times, Tape(x)) for times, x in StepCost(machine, motors, constants).programs(method)]
+        self._symbols = symbols
+
+    def of(self, names: Collection[str]) -> int:
+        """Return the operations that a step saves without these."""
+        return sum(times * (Liveness(tape).cost - self._without(tape, names)) for times, tape in self._programs)
+
+    def _without(self, tape: Tape, names: Collection[str]) -> int:
+        live = Liveness(tape)
+        for name in names:
+            place = tape.symbols.get(self._symbols.get(name, ""))
+            if place is not None and live.is_possible(change := Change(Kind.FREEZE, place, constant=0.0)):
+                live.apply(change)
+        return live.cost
+
+
+class LeftOutNumbers:
+    """Changes of outputs along one motion where numbers are left out."""
+
+    def __init__(self, path: LinearPath) -> None:
+        self.path = path
+        machine = path.reference.machine
+        for j in machine.loaded:
+            what = "a budget does not know how numbers change the torque that passes: leave load out, or the budget"
+            raise machine.error(f"friction, {machine.joint(j).name}, load", what)
+        named, self._symbols = with_symbols(machine)
+        self.numbers = tuple(self._symbols)
+        self._motion = EquationsOfMotion(named)
+        self._joints = tuple(self._motion.names)
+        neutral = [joint.spring.neutral.value(self._motion.parameters) for joint in machine.independent_joints]
+        shifts = np.array(neutral) - path.reference.start.q
+        self.neutral = {path.joints[k]: float(shifts[k]) for k in path.springs if shifts[k]}
+        """By spring: from where the motion starts to its neutral position, rad or m."""
+
+    def changes(self, sets: Sequence[Collection[str]], left_out: Collection[str]) -> Array:
+        """Return the changes of outputs (N, sets, outputs) where springs and parts of drives follow.
+
+        A name is that of a number, which is zero, or of a static spring, which is held at its neutral position.
+        """
+        path, springs = self.path.following(left_out)
+        motion, n = path.driven_by(path.R[:, None], springs), len(self._joints)
+        small = (motion.d, motion.dd, motion.ddd)
+        states = [x[:, :n] + d[:, 0, :n] for x, d in zip(path.states(path.t), small, strict=True)]
+        exact = self._forces(states, ())
+        forces = np.stack([exact - self._forces(states, names) for names in sets], axis=1)
+        more = len(path.joints) - n
+        return Deviations(path).under(np.pad(forces, ((0, 0), (0, 0), (0, more))), springs)
+
+    def has_inertia(self, names: Collection[str], left_out: Collection[str]) -> bool:
+        """Whether the inertia matrix without these numbers stays large enough along the motion."""
+        rows = [k for k, name in enumerate(self._joints) if name not in left_out]
+        full, reduced = (self._inertia(x)[:, rows][:, :, rows] for x in ((), names))
+        return bool((np.linalg.eigvalsh(reduced - LEAST_INERTIA * full) >= 0).all())
+
+    def _forces(self, states: Sequence[Array], names: Collection[str]) -> Array:
+        """Return ID (N, n), less the forces of springs that are held at their neutral positions."""
+        q, v, a = states
+        shift = np.array([self.neutral[name] if name in names else 0.0 for name in self._joints])
+        rows = self._values(self._motion.residual, (q + shift, v, a), names)
+        forces: Array = rows - self.path.stiffness[: len(shift)] * shift
+        return forces
+
+    def _inertia(self, names: Collection[str]) -> Array:
+        """Return M (N, n, n) along the reference."""
+        n = len(self._joints)
+        (M,) = (output.entries for output in self._motion.linear_model.outputs if output.name == "M")
+        states = [x[:, :n] for x in self.path.states(self.path.t)]
+        return self._values(M, states, names).reshape(-1, n, n)
+
+    def _values(self, roots: Sequence[Scalar], states: Sequence[Array], names: Collection[str]) -> Array:
+        """Return values of expressions (N, roots) at states, the numbers named being zero."""
+        bound, zero = self._motion.bound, {self._symbols[name] for name in names if name in self._symbols}
+        symbols: dict[str, Any] = {name: 0.0 if name in zero else x for name, x in self._motion.parameters.items()}
+        for by_joint, block in zip((bound.q, bound.qd, bound.qdd), states, strict=True):
+            symbols |= {str(x.operands[0]): row for x, row in zip(by_joint.values(), block.T, strict=True)}
+        return values_along(roots, symbols, len(self.path.t)).T
+
+
+def with_symbols(machine: Machine) -> tuple[Machine, dict[str, str]]:
+    """Return the machine whose numbers of bodies and rotors are parameters, and these by the names of the numbers."""
+    numbers, used = numbers_of(machine), {parameter.name for parameter in machine.parameters}
+    stem = next(x for x in ("number", *(f"number{k}_" for k in range(len(used) + 1))) if f"{x}1" not in used)
+    symbols = {name: f"{stem}{k}" for k, name in enumerate(numbers, 1)}
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    new = tuple(Parameter(symbols[name], Formula.parse(x.value(values))) for name, x in numbers.items())
+    cells = {name: Formula.parse(symbol) for name, symbol in symbols.items()}
+
+    def with_names(joint: Joint) -> Joint:
+        return with_cells(joint, lambda cell, x: cells.get(name_of(joint, cell), x))
+
+    joints = tuple(map(with_names, machine.joints))
+    return replace(machine, joints=joints, parameters=(*machine.parameters, *new)), symbols

@@ -1,8 +1,8 @@
-"""The order in which springs and parts of drives are left out: one more at each rung, the one that costs least."""
+"""The order in which springs and parts of drives are omitted: rung by rung the spring that costs least."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, Errors, relative, spring_errors
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.numerics.within.budget import Item, spend
 
 ALL_TRIED = 10
 """Springs up to which every remaining one is tried at every rung."""
@@ -20,7 +21,7 @@ BEST_TRIED = 6
 
 @dataclass(frozen=True)
 class SpringFigures:
-    """What is usually asked of a spring, none of which says whether it matters.
+    """Usual measures of a spring, none of which decides whether it matters.
 
     `alone`: error relative to the tolerance where only this spring is static. `activity`: work that passes through it,
     J. `frequency`: of the spring with all other joints held, Hz.
@@ -42,34 +43,34 @@ def backward_greedy(
     """
     deviations = [Deviations(path) for path in paths]
     candidates = paths[0].candidates
-    rungs, costs = [spring_errors(deviations, [()])[0]], dict.fromkeys(candidates, 0.0)
-    left_out: tuple[int, ...] = ()
-    while len(left_out) < len(candidates):
-        tried = _tried([k for k in candidates if k not in left_out], costs, first=not left_out)
-        found = spring_errors(deviations, [(*left_out, k) for k in tried])
-        costs |= {k: relative(errors.static, tolerance) for k, errors in zip(tried, found, strict=True)}
-        least = min(range(len(tried)), key=lambda row: costs[tried[row]])
-        left_out = (*left_out, tried[least])
-        rungs.append(found[least])
+    costs, full = dict.fromkeys(candidates, 0.0), tuple[int, ...]()
+    errors = {full: spring_errors(deviations, [full])[0]}
+
+    def items(left_out: tuple[int, ...]) -> Iterator[Item[int]]:
+        candidates_now = [k for k in candidates if k not in left_out]
+        if left_out and len(costs) > ALL_TRIED:
+            candidates_now = sorted(candidates_now, key=lambda k: costs[k])[:BEST_TRIED]
+        sets = [(*left_out, k) for k in candidates_now]
+        errors.update(zip(sets, spring_errors(deviations, sets) if sets else (), strict=True))
+        costs.update({k: relative(errors[*left_out, k].static, tolerance) for k in candidates_now})
+        yield from (Item(k, 1.0, costs[k]) for k in candidates_now)
+
+    order = [full]
+    for left_out in spend(full, items, lambda before, k: (*before, k)):
+        order.append(left_out)
         progress(len(left_out), len(candidates))
-    return tuple(rungs)
-
-
-def _tried(remaining: list[int], costs: Mapping[int, float], *, first: bool) -> list[int]:
-    """Return the springs to try: all at first, and where there are few."""
-    if first or len(costs) <= ALL_TRIED:
-        return remaining
-    return sorted(remaining, key=lambda k: costs[k])[:BEST_TRIED]
+    return tuple(errors[left_out] for left_out in order)
 
 
 def spring_figures(paths: Sequence[LinearPath], tolerance: Mapping[str, float]) -> tuple[SpringFigures, ...]:
-    """Return what each spring costs alone, its activity and its frequency: largest over the motions."""
+    """Return the errors of springs alone, their activities and frequencies: largest over the motions."""
     deviations, springs = [Deviations(path) for path in paths], paths[0].springs
     if not springs:
         return ()
     alone = [relative(errors.static, tolerance) for errors in spring_errors(deviations, [(k,) for k in springs])]
-    activity = np.max([_activity(each) for each in deviations], axis=0)
-    frequency = np.max([_frequency(path) for path in paths], axis=0)
+    activity = np.max([_activity(x) for x in deviations], axis=0)
+    rates = [np.sqrt(path.stiffness / np.diagonal(path.M[0])) for path in paths]  # at the start
+    frequency = np.max(rates, axis=0) / (2 * np.pi)
     names = paths[0].names(springs)
     return tuple(
         SpringFigures(name, cost, float(activity[k]), float(frequency[k]))
@@ -83,9 +84,3 @@ def _activity(deviations: Deviations) -> Array:
     power = np.abs(path.stiffness * motion.d[:, 0] * motion.dd[:, 0])
     activity: Array = path.h * (power.sum(axis=0) - (power[0] + power[-1]) / 2)
     return activity
-
-
-def _frequency(path: LinearPath) -> Array:
-    """Return sqrt(k / M_jj) (n,) at the start, Hz."""
-    frequency: Array = np.sqrt(path.stiffness / np.diagonal(path.M[0])) / (2 * np.pi)
-    return frequency

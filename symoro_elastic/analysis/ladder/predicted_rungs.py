@@ -19,9 +19,9 @@ from symoro_elastic.analysis.simulation.prediction.resolution import resolved_pa
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.simulation.simulate import SHARE, Request, Simulating, enough_steps
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
@@ -29,7 +29,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.quantities.time_steps import TimeStep
 
 FINE = 0.01
-"""Of the tolerance that steps take where a model is measured."""
+"""Fraction of the tolerance for steps where a model is measured."""
 WHOLE = Rung((), False, {})
 """No spring is left out."""
 ROUNDINGS = 4.0
@@ -37,7 +37,7 @@ ROUNDINGS = 4.0
 
 
 class Prediction:
-    """What the linear models of a machine along its motions say of rungs; motions have numbers k."""
+    """Errors and steps of rungs by the linear models of a machine along its motions, which have numbers k."""
 
     def __init__(
         self,
@@ -57,33 +57,32 @@ class Prediction:
         """The linear models along the motions."""
         return tuple(resolved_path(reference, self.tolerance) for reference in self.references)
 
-    def rungs(self, progress: Progress = no_progress) -> tuple[Rung, ...]:
+    def rungs(self, progress: Progress = no_progress, announce: Announce = announce_nothing) -> tuple[Rung, ...]:
         """Return all rungs, those that fit with method and steps."""
-        found = backward_greedy(self.paths, self.tolerance, progress)
-        rungs = [Rung(one.left_out, False, one.static) for one in found]
-        rungs += [Rung(found[-1].left_out, True, found[-1].locked)] if found[-1].left_out else []
-        return tuple(replace(rung, chosen=self.steps_of(rung)) if self.fits(rung) else rung for rung in rungs)
+        errors = backward_greedy(self.paths, self.tolerance, progress)
+        rungs = [Rung(x.left_out, False, x.static) for x in errors]
+        rungs += [Rung(errors[-1].left_out, True, errors[-1].locked)] if errors[-1].left_out else []
+        announce("predict time steps")
+        for k, rung in enumerate(rungs):
+            rungs[k] = replace(rung, chosen=self.steps_of(rung)) if self.fits(rung) else rung
+            progress(k + 1, len(rungs))
+        return tuple(rungs)
 
     def fits(self, rung: Rung) -> bool:
-        """Whether the predicted errors of a rung leave room for those of steps, and its springs hold their loads."""
-        if relative(rung.predicted, self.tolerance) > MODEL_SHARE:
-            return False
-        return self.holds(rung)
+        """Whether the predicted errors of a rung leave slack for those of steps, and its springs hold their loads."""
+        return relative(rung.predicted, self.tolerance) <= MODEL_SHARE and self.holds(rung)
 
     def holds(self, rung: Rung) -> bool:
         """Whether the springs that a rung leaves out hold their loads."""
-        return rung.locked or all(self._holds_along(rung, path) for path in self.paths)
-
-    @staticmethod
-    def _holds_along(rung: Rung, path: LinearPath) -> bool:
-        """Whether the stiffness of the springs left out, with gravity and loads, is positive along a motion."""
-        rows = list(Prediction._springs(rung, path))
-        block = path.K[:, rows][:, :, rows]
-        symmetric = (block + block.transpose(0, 2, 1)) / 2
-        return not rows or bool(np.linalg.eigvalsh(symmetric).min() > 0)
+        for path in () if rung.locked else self.paths:
+            rows = list(self._springs(rung, path))
+            block = path.K[:, rows][:, :, rows]  # with gravity and loads
+            if rows and not np.linalg.eigvalsh((block + block.transpose(0, 2, 1)) / 2).min() > 0:
+                return False
+        return True
 
     def moves(self, rung: Rung) -> bool:
-        """Whether anything is left whose motion is not prescribed."""
+        """Whether any joint remains whose motion is not prescribed."""
         path = self.paths[0]
         return bool({*path.names(path.moved)} - {*rung.left_out})
 
@@ -94,17 +93,17 @@ class Prediction:
         tolerance = tolerance or self.tolerance
         if not self.moves(rung):
             return Steps("", 1, dict.fromkeys(self.tolerance, 0.0), 1)
-        each = [self._simulating(rung, k) for k in range(len(self.references))]
+        simulations = [self._simulating(rung, k) for k in range(len(self.references))]
         best: Steps | None = None
-        for name in only or each[0].candidates():
+        for name in only or simulations[0].candidates():
             method = METHODS[name]
-            operations = each[0].cost.of(method)
-            least = max(simulating.stable_steps(method) for simulating in each)
+            operations = simulations[0].cost.of(method)
+            least = max(simulating.stable_steps(method) for simulating in simulations)
             if best and least * operations >= best.cost:
                 continue
-            found = [enough_steps(simulating, method, tolerance, share) for simulating in each]
-            one = Steps(name, *max(found, key=lambda pair: pair[0]), operations)
-            best = one if best is None or one.cost < best.cost else best
+            sufficient = [enough_steps(simulating, method, tolerance, share) for simulating in simulations]
+            candidate = Steps(name, *max(sufficient, key=lambda pair: pair[0]), operations)
+            best = candidate if best is None or candidate.cost < best.cost else best
         assert best is not None
         return best
 
@@ -113,39 +112,39 @@ class Prediction:
         return self._simulating(rung, 0).cost.of(METHODS[method]) if method else 1
 
     def fine_steps(self, k: int) -> int:
-        """Return steps of w3 that take little of the tolerance, the same for all rungs of a motion."""
+        """Return steps of w3 that need little of the tolerance, the same for all rungs of a motion."""
         limits = {name: FINE * limit for name, limit in self.tolerance.items()}
         return enough_steps(self._simulating(WHOLE, k), METHODS[TimeStep.W3], limits, 1.0)[0]
 
     def worst_motion(self, rung: Rung) -> int:
         """Return the number of the motion on which the model of a rung is worst."""
         entries = tuple(map(self.paths[0].joints.index, rung.left_out))
-        each = [spring_errors([Deviations(path)], [entries])[0] for path in self.paths]
-        errors = [relative(one.locked if rung.locked else one.static, self.tolerance) for one in each]
+        by_motion = [spring_errors([Deviations(path)], [entries])[0] for path in self.paths]
+        errors = [relative(x.locked if rung.locked else x.static, self.tolerance) for x in by_motion]
         return int(np.argmax(errors))
 
     def arithmetic(self, rung: Rung) -> dict[str, float]:
-        """Return what single precision of the accelerations adds to the errors of a rung, largest over the motions."""
+        """Return the errors that single precision of the accelerations adds to a rung, largest over the motions."""
         if not self.moves(rung) or rung.chosen is None:
             return dict.fromkeys(self.tolerance, 0.0)
-        each = [
+        by_motion = [
             single_precision_errors(self._path(rung, k), rung.chosen.steps, self._springs(rung, path))
             for k, path in enumerate(self.paths)
         ]
-        return {name: max(errors[name] for errors in each) for name in self.tolerance}
+        return {name: max(errors[name] for errors in by_motion) for name in self.tolerance}
 
-    def reduced(self, rung: Rung, k: int) -> Reference:
+    def reduced_reference(self, rung: Rung, k: int) -> Reference:
         """Return a motion of the machine of a rung, its springs held where the motion of the whole machine starts."""
         reference, joints = self.references[k], self.machine.independent_joints
-        kept = [row for row, joint in enumerate(joints) if joint.name not in rung.left_out]
+        rows = [row for row, joint in enumerate(joints) if joint.name not in rung.left_out]
         state = reference.start
-        start = replace(state, q=state.q[kept], qd=state.qd[kept], qdd=state.qdd[kept], tau=state.tau[kept])
+        start = replace(state, q=state.q[rows], qd=state.qd[rows], qdd=state.qdd[rows], tau=state.tau[rows])
         machine, drives = reduced_machine(self.machine, reference, rung), without_parts(reference.drives, rung.left_out)
         return replace(reference, machine=machine, start=start, drives=drives)
 
     def _simulating(self, rung: Rung, k: int) -> Simulating:
         linear = self._path(rung, k), self._springs(rung, self.paths[k])
-        return Simulating(self.reduced(rung, k), self.request, linear)
+        return Simulating(self.reduced_reference(rung, k), self.request, linear)
 
     def _path(self, rung: Rung, k: int) -> LinearPath:
         """Return the linear model of a rung on one motion."""
@@ -156,30 +155,30 @@ class Prediction:
     @staticmethod
     def _springs(rung: Rung, path: LinearPath) -> tuple[int, ...]:
         """Return the entries of q that a rung leaves out."""
-        known = {path.joints[k]: k for k in path.springs}
-        return tuple(known[name] for name in rung.left_out if name in known)
+        entries = {path.joints[k]: k for k in path.springs}
+        return tuple(entries[name] for name in rung.left_out if name in entries)
 
 
 def held_springs(machine: Machine, reference: Reference, rung: Rung) -> dict[str, Formula]:
     """Return by joint where the springs that a rung leaves out are held: where a motion starts, or they are neutral."""
     rows = {joint.name: (k, joint) for k, joint in enumerate(machine.independent_joints)}
     springs = [name for name in rung.left_out if name in rows]
-    held = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in springs}
-    return held | {name: rows[name][1].spring.neutral for name in rung.neutral}
+    starts = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in springs}
+    return starts | {name: rows[name][1].spring.neutral for name in rung.neutral}
 
 
 def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
     """Return the machine with the springs that a rung leaves out held, without the numbers and parts of drives."""
-    held = held_springs(machine, reference, rung)
-    zero = zeros_of(rung, held)
+    positions = held_springs(machine, reference, rung)
+    zero = zeros_of(rung, positions)
     if rung.locked:
-        return restrict(machine, Scene(locked=held, zero=zero))
-    return restrict(machine, Scene(static=dict(held), zero=zero))
+        return restrict(machine, Scene(locked=positions, zero=zero))
+    return restrict(machine, Scene(static=dict(positions), zero=zero))
 
 
-def zeros_of(rung: Rung, held: Collection[str]) -> tuple[str, ...]:
-    """Return the parts of drives and the numbers that a rung leaves out, beside the springs that are held."""
-    return (*(name for name in rung.left_out if name not in held), *rung.zero)
+def zeros_of(rung: Rung, static: Collection[str]) -> tuple[str, ...]:
+    """Return the parts of drives and the numbers that a rung omits; not the static springs."""
+    return (*(name for name in rung.left_out if name not in static), *rung.zero)
 
 
 def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[int] = ()) -> dict[str, float]:
@@ -198,6 +197,6 @@ def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[i
 
 
 def _rounding(x: Array) -> Array:
-    """Return what rounding to single precision changes."""
+    """Return the changes by rounding to single precision."""
     changed: Array = x.astype(np.float32).astype(float) - x
     return changed

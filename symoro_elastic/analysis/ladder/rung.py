@@ -1,14 +1,26 @@
-"""Rungs of a ladder: models without some springs, with steps and errors."""
+"""Models of a ladder and of a budget: what they omit, their time steps and errors.
+
+The rungs of a ladder are models without some springs; the steps of a budget omit springs, numbers of bodies, digits and
+time steps, within the tolerances of a scene.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
+from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.within import Evidence
+
+PREDICTED_FRACTION = 0.95
+"""Fraction of the tolerances that predictions may use; the rest is for what the linear model does not contain."""
 MODEL_SHARE = 0.7
-"""Of the tolerance that the springs left out may take; steps take a quarter, arithmetic the rest."""
+"""Fraction of the tolerance for quasi-static springs; a quarter is for time steps, the remainder for arithmetic."""
 DOUBT = 2.0
-"""Ratio of measured and predicted error from which a prediction is not trusted."""
+"""Ratio of measured and predicted error above which a prediction is rejected."""
 NEGLIGIBLE = 0.01
 """Of the tolerance: errors that need not be predicted well."""
 
@@ -55,7 +67,7 @@ class Rung:
 
     @property
     def model(self) -> tuple[tuple[str, ...], bool, tuple[str, ...], tuple[str, ...]]:
-        """What its model leaves out."""
+        """The omitted parts of its model, by which simulations are stored."""
         return self.left_out, self.locked, self.neutral, self.zero
 
     def is_trusted(self, tolerance: Mapping[str, float]) -> bool:
@@ -76,3 +88,107 @@ def _agree(predicted: float, measured: float, negligible: float) -> bool:
     if max(predicted, measured) <= negligible:
         return True
     return predicted / DOUBT <= measured <= predicted * DOUBT
+
+
+def springs_text(names: Sequence[str], how: str, named: bool = True) -> str:
+    """Return text on omitted springs, their number, `how` and names if `named`, and on omitted parts of drives."""
+    springs = [name for name in names if "." not in name]
+    parts, plural = len(names) - len(springs), "s" * (len(springs) != 1)
+    listed = f" ({', '.join(springs)})" if named else ""
+    said = [f"{len(springs)} spring{plural} {how}{listed}"] if springs else []
+    return "; ".join([*said, *([f"{parts} lags and dead times left out"] if parts else [])])
+
+
+class Expense(StrEnum):
+    """Changes of a model on which a part of the tolerances is spent."""
+
+    WHOLE = "time steps"
+    SPRINGS = "springs static"
+    NEUTRAL = "held as neutral"
+    NUMBERS = "numbers zero"
+    STEPS = "longer steps"
+    PRECISION = "mixed precision"
+
+
+@dataclass(frozen=True)
+class PathStep:
+    """A step of the path: the newly omitted parts, the error that they add by output, and the model after it.
+
+    `added` is the largest change of an output over the motions. `total` is the sum of what all steps up to here have
+    added, never less than the error of all together (triangle inequality), and of the error of the time steps; where
+    these become more accurate, it stays. `rung` is the model after it with its time steps.
+    """
+
+    expense: Expense
+    names: tuple[str, ...]
+    added: Mapping[str, float]
+    total: Mapping[str, float]
+    rung: Rung
+    evidence: Evidence = Evidence.PREDICTED
+
+    @property
+    def steps(self) -> Steps:
+        """Method, number and operations of the time steps."""
+        assert self.rung.chosen is not None
+        return self.rung.chosen
+
+
+@dataclass(frozen=True)
+class MeasuredEnd:
+    """Errors by output of the model at the end of a path against the full machine, and its times of a step, s.
+
+    `mixed` and `errors_mixed` are those in mixed precision.
+    """
+
+    errors: Mapping[str, float]
+    errors_mixed: Mapping[str, float]
+    seconds: float
+    mixed: float
+
+
+@dataclass(frozen=True, repr=False)
+class Budget(Result):
+    """The path of operations against error, from the full machine to the model that is advised, its last step.
+
+    `full` are the time steps of the whole machine with RK4, `alone` those where springs alone are left out, None where
+    no rung of the ladder fits. `dropped` are steps that a simulation did not confirm.
+    """
+
+    machine: Machine
+    tolerance: Mapping[str, float]
+    path: tuple[PathStep, ...]
+    measured: MeasuredEnd
+    full: Steps
+    alone: Steps | None
+    dropped: tuple[PathStep, ...] = ()
+
+    @property
+    def advised(self) -> PathStep:
+        """The last step: the model that is advised."""
+        return self.path[-1]
+
+    @property
+    def saved(self) -> float:
+        """The fraction of operations that it saves, against springs alone quasi-static or the full machine."""
+        before = self.path[0].steps if self.alone is None else self.alone
+        return 1 - self.advised.steps.cost / before.cost
+
+    @property
+    def seconds(self) -> float:
+        """The time of a step in the precision that is advised, s."""
+        return self.measured.mixed if self.advised.expense is Expense.PRECISION else self.measured.seconds
+
+    @property
+    def is_within(self) -> bool:
+        """Whether the measured errors are within the tolerances."""
+        return relative(self.measured.errors, self.tolerance) <= 1
+
+    @property
+    def worst_output(self) -> str:
+        """The output whose error is the largest part of its tolerance."""
+        return max(self.tolerance, key=lambda name: self.advised.total[name] / self.tolerance[name])
+
+    @property
+    def headline(self) -> str:
+        """Machine, steps, and what is saved."""
+        return f"Budget of {self.machine.name}: {len(self.path)} steps, {self.saved:.0%} fewer operations"

@@ -1,4 +1,4 @@
-"""Motions by integrators of scipy with steps of their own, from the compiled right side and its derivatives.
+"""Motions by adaptive integrators of scipy, from the compiled right-hand side and its derivatives.
 
 Radau where the machine is stiff over the motion, DOP853 elsewhere. Methods of multiple steps are not used: those of
 order above 2 grow where springs have little damping.
@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -29,11 +28,12 @@ from symoro_elastic.analysis.simulation.sampled_drives import SampledMotion
 from symoro_elastic.analysis.simulation.simulate import Request, Simulating
 from symoro_elastic.analysis.simulation.simulated import Simulation
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.models.state import State
-from symoro_elastic.models.time_steps import refuse_machines
-from symoro_elastic.numerics.branch_crossings import refuse_lost
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.models.steps.time_steps import refuse_machines
+from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 
 PRECISIONS = (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
 """Relative tolerances of a step: the error at each is measured by the next one."""
@@ -51,19 +51,19 @@ SAMPLES, SAMPLES_OF_STEP, MOST_SAMPLES = 1000, 4, 100_000
 
 
 def compiled_motion(reference: Reference, folder: Path) -> CompiledMotion:
-    """Return the right side of a motion, with the base where it moves freely.
+    """Return the right-hand side of a motion, with the base if it moves freely.
 
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     if reference.drives:
-        sampled = any(isinstance(x, Hold) for one in reference.drives for x in one.path)
+        sampled = any(isinstance(x, Hold) for drive in reference.drives for x in drive.path)
         return (SampledMotion if sampled else DrivenMotion)(reference, folder)
     return (CompiledMotionOnBase if reference.base else CompiledMotion)(reference, folder)
 
 
 @dataclass(frozen=True)
 class Adapted:
-    """A motion of adapted steps: y of a `system` at any time by `dense`, until `ends`, and the crossings of levels."""
+    """A motion by adaptive steps: y of a `system` at any time by `dense`, until `ends`, and the level crossings."""
 
     system: CompiledMotion
     method: str
@@ -75,7 +75,7 @@ class Adapted:
 
     @property
     def samples(self) -> Array:
-        """Even times (N,) that resolve the steps."""
+        """Equidistant times (N,) that resolve the steps."""
         count = min(max(SAMPLES, SAMPLES_OF_STEP * self.steps), MOST_SAMPLES)
         return np.linspace(0.0, self.ends, count + 1)
 
@@ -90,7 +90,7 @@ class Adapted:
 
 
 def method_for(system: CompiledMotion) -> str:
-    """Return Radau where a pole at the start, or a bristle, is fast over the motion, else the explicit method."""
+    """Return Radau if a pole at the start, or a bristle, is fast over the motion, else the explicit method."""
     if len(system.largest_bent) and system.explicit == CompiledMotion.explicit:
         return "Radau"
     poles = np.linalg.eigvals(system.jacobian(0.0, system.start, system.reference.at_start))
@@ -105,16 +105,16 @@ def integrate(
     stop: bool = False,
     progress: Progress = no_progress,
 ) -> Adapted:
-    """Return the motion at a relative tolerance of a step, up to the first crossing if it is to `stop` there.
+    """Return the motion at a relative tolerance of a step, until the first crossing with `stop`.
 
     Raises `InputError` where steps get too small or many.
     """
-    system = system.begun()
+    system = system.copy_at_start()
     reference, watch = system.reference, Watch(levels)
     began, duration = time.perf_counter(), reference.duration
     right = _FromLastStep(system)
     steps = _steps(right, method, precision)
-    times, pieces, found = [0.0], list[Any](), list[Crossing]()
+    times, pieces, crossings = [0.0], list[Any](), list[Crossing]()
     for solver, failure in steps:
         if failure or not np.isfinite(solver.y).all() or len(times) > MOST_STEPS:
             _refuse_lost_loops(system, times, pieces)
@@ -125,20 +125,20 @@ def integrate(
         right.pass_to(solver.t, solver.y)
         pieces.append(dense := solver.dense_output())
         if levels:
-            found += watch.crossings(partial(_states, system, dense), times[-2], times[-1])
+            crossings += watch.crossings(partial(_states, system, dense), times[-2], times[-1])
         if len(pieces) % CHECKED == 0:
             _refuse_lost_loops(system, times, pieces)
         progress(int(1000 * solver.t / duration), 1000)
-        if stop and found:
+        if stop and crossings:
             break
-    ends = found[0].t if stop and found else duration
+    ends = crossings[0].t if stop and crossings else duration
     solution = for_vibrations("scipy.integrate").OdeSolution(times, pieces)
     passed = (time.perf_counter() - began) / len(pieces)
-    return Adapted(system, method, solution, ends, len(pieces), passed, tuple(found[:1] if stop else found))
+    return Adapted(system, method, solution, ends, len(pieces), passed, tuple(crossings[:1] if stop else crossings))
 
 
 def _refuse_lost_loops(system: CompiledMotion, times: Sequence[float], pieces: Sequence[Any]) -> None:
-    """Raise `InputError` by loop and time where the last steps leave the branch on which loops start, or end there."""
+    """Raise `InputError` by loop and time if the last steps leave the branch on which loops start, or end there."""
     machine, last = system.reference.machine, pieces[-CHECKED:]
     if not last or not machine.loops or system.closing:
         return
@@ -154,7 +154,7 @@ def _states(system: CompiledMotion, dense: Any, t: Array) -> tuple[Array, Array]
 
 
 class _FromLastStep:
-    """The right side of a motion, its loops closed from the end of the last step."""
+    """The right-hand side of a motion, its loops closed from the end of the last step."""
 
     def __init__(self, system: CompiledMotion) -> None:
         self.system = system
@@ -169,14 +169,14 @@ class _FromLastStep:
         return self.system.jacobian(t, y, self._near)
 
     def pass_to(self, t: float, y: Array) -> None:
-        """Take up a step that ends here."""
+        """Store a step that ends here."""
         self._near = self.system.states(np.array([t]), y[None], self._near)[0]
 
 
 def _steps(right: _FromLastStep, method: str, precision: float) -> Iterator[tuple[Any, Any]]:
-    """Yield the solver after each step, and the reason where one failed; it begins anew in each interval.
+    """Yield the solver after each step, and the reason of a failure; it restarts in each interval.
 
-    Steps of a short interval are its halves, quarters ... for higher precisions, which tell errors only if they differ.
+    Steps of a short interval are its halves, quarters ... for higher precisions, to differ and so measure errors.
     """
     system = right.system
     more = {"jac": right.jacobian} if method == "Radau" else {}
@@ -206,7 +206,7 @@ def simulate_adaptively(
     announce: Announce = announce_nothing,
     progress: Progress = no_progress,
 ) -> Simulation:
-    """Return a motion by adapted steps whose measured errors are tolerable, with the crossings of levels by signal.
+    """Return a motion by adaptive steps whose measured errors meet the tolerances, with level crossings.
 
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
@@ -215,7 +215,7 @@ def simulate_adaptively(
     refuse_unresolved(reference)
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")
-    with TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         system = compiled_motion(reference, Path(folder))
         method = method_for(system)
         runs = []
@@ -223,14 +223,14 @@ def simulate_adaptively(
             announce(f"{method}, {precision:.0e}")
             runs.append(integrate(system, method, precision, levels, stop, progress))
             if len(runs) > 1:
-                found = _compared(simulating, *runs[-2:])
-                if relative(found.errors, found.tolerance) <= 1:
+                result = _compare(simulating, *runs[-2:])
+                if relative(result.errors, result.tolerance) <= 1:
                     break
-        return found
+        return result
 
 
-def _compared(simulating: Simulating, coarse: Adapted, fine: Adapted) -> Simulation:
-    """Return the coarse motion; its errors are its distance from the fine one."""
+def _compare(simulating: Simulating, coarse: Adapted, fine: Adapted) -> Simulation:
+    """Return the coarse motion, with its differences from the fine one as errors."""
     reference, observer = simulating.reference, simulating.observer
     t = coarse.samples
     trajectory = coarse.trajectory(t)

@@ -1,4 +1,4 @@
-"""Generated time steps of a machine, compiled, and carried out one after another along a reference motion."""
+"""Generated time steps of a machine, compiled, and executed along a reference motion."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from symoro_elastic.analysis.simulation.loads import under_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c.steps import Run, render_runs, runs
-from symoro_elastic.codegen.compile import CompiledPackage, compile_library, load_library
-from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.compile import CompiledPackage, compile_library, function_in, load_library
+from symoro_elastic.codegen.integration.tableaus import METHODS, nodes_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import EXTERNAL
 from symoro_elastic.codegen.precision import DOUBLE, Precision
@@ -26,13 +26,13 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.drives import closed_dynamics
+from symoro_elastic.models.bound.state import State, split_into
 from symoro_elastic.models.drives.drive_states import states_at_rest
-from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.models.state import State, split_into
-from symoro_elastic.models.time_steps import refuse_machines
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.branch_crossings import refuse_lost
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.steps import closed_dynamics
+from symoro_elastic.models.steps.implicit_steps import Motors
+from symoro_elastic.models.steps.time_steps import refuse_machines
+from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 FLAGS = ("-O2",)
@@ -45,7 +45,7 @@ MOST_RECORDED = 100_000
 
 @dataclass(frozen=True)
 class Trajectory(Motion):
-    """States along a motion: what steps carry, and the torques.
+    """States along a motion: state variables of steps, and the torques.
 
     `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
     `numbers` are those of the steps that are kept where intervals differ in length, `step` is then the longest.
@@ -59,7 +59,7 @@ class Trajectory(Motion):
 
 
 class CompiledSteps:
-    """Steps of some methods for the motors of a reference: under servos, or where they are prescribed to be.
+    """Steps of some methods for the motors of a reference, under servos or prescribed.
 
     The machine is that of references, or `loaded` where forces act on frames. Numbers of the machine are
     folded; where a subclass leaves parameters, `p` holds their numbers at a run.
@@ -70,7 +70,7 @@ class CompiledSteps:
     p: Array | None = None
 
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE) -> None:
-        """States are in double precision, so it is `DOUBLE` or `MIXED`.
+        """Prepare the steps; states are in double precision, so it is `DOUBLE` or `MIXED`.
 
         Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
         """
@@ -89,7 +89,7 @@ class CompiledSteps:
         self._models = CompiledPackage(self.package, path, precision)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
+        """Return the motion along a reference by even steps; NaN or infinite if it diverges."""
         refuse_still(reference)
         refuse_sampled(reference)
         if reference.loaded.forces != self.machine.forces:
@@ -98,30 +98,30 @@ class CompiledSteps:
         run = self.runs[f"{self.name}_step_{method}{ways_of(reference).suffix}"]
         state = {name: block.copy() for name, block in self.at_start(reference).items() if name in run.written}
         every = -(-steps // MOST_RECORDED)
-        kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
+        records, passed = [np.concatenate(list(state.values()))[None]], 0.0
         width = sum(run.written.values())
         for first in range(0, steps, CHUNK):
             count = min(CHUNK, steps - first)
-            given = inputs_of_steps(reference, method, h * np.arange(first, first + count, dtype=float), h)
+            inputs = inputs_of_steps(reference, method, h * np.arange(first, first + count, dtype=float), h)
             record = np.empty((count, width))
-            passed += self.take(run, [given[name] for name in run.read], h, state, record)
+            passed += self.take(run, [inputs[name] for name in run.read], h, state, record)
             last = [k for k in range(count) if (first + k + 1) % every == 0 or first + k + 1 == steps]
-            kept.append(record[last])
+            records.append(record[last])
             progress(first + count, steps)
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
         t = np.array(numbers) * h
-        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
+        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(records))}
         moved = self.with_loads(reference, self.with_torques(reference, Motion(states, t)))
         return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
 
     def take(self, run: Run, read: Sequence[Array], h: float, state: Mapping[str, Array], record: Array) -> float:
-        """Take a step for each row of the record from a state, which changes; return the seconds that they took."""
+        """Compute a step for each row of the record from a state, which changes; return the elapsed seconds."""
         began = time.perf_counter()
         self._call(run, len(record), read, h, [*state.values(), record])
         return time.perf_counter() - began
 
     def at_start(self, reference: Reference) -> dict[str, Array]:
-        """Return the blocks of a step at the start: drives with the torques that hold the machine, friction idle."""
+        """Return the blocks of a step at the start: drives in steady state, friction relaxed."""
         z = np.zeros(len(self.machine.bristles))
         if reference.drives:
             r, rd, _ = ([*x[0]] for x in reference.at(np.zeros(1)))
@@ -129,50 +129,50 @@ class CompiledSteps:
         return {**reference.at_start.blocks, "z": z}
 
     def with_torques(self, reference: Reference, motion: Motion, added: Array | None = None) -> Motion:
-        """Return the states with torques of drives or servos; of the states z those of friction stay.
+        """Return the states with torques of drives or servos; of the states z only those of friction remain.
 
         `added` (N, m) are the torques that drives are given, in place of those that are fed forward.
         """
         if not reference.drives:
             return with_servo_torques(reference, motion)
         tau = reference.fed_torques(motion.t) if added is None else added
-        given = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
-        given |= {"tau": tau, "load": np.zeros((len(motion.t), len(self.machine.loaded)))}
-        found = self._results(reference, closed_dynamics.NAME, motion.with_blocks(**given))["tau_m"]
+        values = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
+        values |= {"tau": tau, "load": np.zeros((len(motion.t), len(self.machine.loaded)))}
+        torques = self._results(reference, closed_dynamics.NAME, motion.with_blocks(**values))["tau_m"]
         blocks, friction = (
             {name: x for name, x in motion.blocks.items() if name != "z"},
             len(reference.machine.bristles),
         )
-        return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": found})
+        return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": torques})
 
     def with_loads(self, reference: Reference, motion: Motion) -> Motion:
-        """Return the states with the torques through joints whose friction rises with them."""
+        """Return the states with the torques through joints with load-dependent friction."""
         if not self.machine.loaded:
             return motion
         driven = ways_of(reference) is Motors.DRIVEN
-        given = motion.with_blocks(qdd_motor=reference.at(motion.t)[2]) if driven else motion
+        driving = motion.with_blocks(qdd_motor=reference.at(motion.t)[2]) if driven else motion
         model = "inverse_dynamics" if driven else "direct_dynamics"
-        found = under_loads(self.machine, lambda name, state: self._results(reference, name, state), model, given)
-        return motion.with_blocks(load=found["load"])
+        results = under_loads(self.machine, lambda name, state: self._results(reference, name, state), model, driving)
+        return motion.with_blocks(load=results["load"])
 
     def _results(self, reference: Reference, function: str, state: State) -> dict[str, Array]:
         """Return the results of a generated function at states along a motion."""
         called = next(f for f in self.package.functions if f.name == function)
         assert isinstance(state, Motion)
-        given = {**state.blocks, EXTERNAL: reference.wrenches(state.t)[0]}
-        given |= {} if self.p is None else {"p": self.p}
-        known = {argument.name for argument in called.arguments} | {"p"}
-        return self._models.call(function, **{name: x for name, x in given.items() if name in known})
+        values = {**state.blocks, EXTERNAL: reference.wrenches(state.t)[0]}
+        values |= {} if self.p is None else {"p": self.p}
+        accepted = {argument.name for argument in called.arguments} | {"p"}
+        return self._models.call(function, **{name: x for name, x in values.items() if name in accepted})
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
-        held = [np.ascontiguousarray(array) for array in read]
-        pointers = (array.ctypes.data for array in held)
+        arrays = [np.ascontiguousarray(array) for array in read]
+        pointers = (array.ctypes.data for array in arrays)
         p = None if self.p is None else self.p.ctypes.data
         self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
 
 
 def ways_of(reference: Reference) -> Motors:
-    """Return what is known of the motors of a reference."""
+    """Return how the motors of a reference move: driven, or prescribed."""
     if not reference.motors:
         return Motors.TORQUE
     if reference.drives:
@@ -181,7 +181,7 @@ def ways_of(reference: Reference) -> Motors:
 
 
 def with_servo_torques(reference: Reference, motion: Motion) -> Motion:
-    """Return the states with torques of servos; NaN where motors follow exactly: the inverse model gives these."""
+    """Return the states with torques of servos; NaN for exactly prescribed motors, whose torques follow later."""
     if reference.servo is None:
         return motion.with_blocks(tau=np.full((len(motion.t), len(reference.motors)), np.nan))
     return motion.with_blocks(tau=law_of_servos(reference, motion.t, *reference.of_motors(motion)))
@@ -192,12 +192,11 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
     assert reference.servo is not None
     y, yd, _ = reference.at(t)
     kp, kd = reference.servo
-    found: Array = reference.start.torques + kp * (y - x) + kd * (yd - xd)
-    return found
+    return np.asarray(reference.fed_torques(t) + kp * (y - x) + kd * (yd - xd))
 
 
 def refuse_sampled(reference: Reference) -> None:
-    """Raise `InputError` for loads of drives without a period whose positions generated steps do not have."""
+    """Raise `InputError` for drives without a period that control loads, which generated steps cannot."""
     machine, drives = reference.machine, drives_of(reference.machine).by_motor
     for motor, load in zip(reference.motors, reference.loads, strict=False):
         if load is None or drives[motor].period is not None:
@@ -210,21 +209,21 @@ def refuse_sampled(reference: Reference) -> None:
 
 
 def refuse_still(reference: Reference) -> None:
-    """Raise `InputError` where no equations are left to integrate."""
-    machine, given = reference.machine, reference.prescribed
+    """Raise `InputError` for a machine without equations to integrate."""
+    machine, prescribed = reference.machine, reference.prescribed
     if reference.base:
         return
     if not machine.motors:
         raise machine.error("motors", "no joint has a motor, so nothing moves the machine out of its equilibrium")
     if reference.servo is None and len(machine.motors) == len(machine.independent):
         what = "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos"
-        raise given.error("servo", what)
+        raise prescribed.error("servo", what)
 
 
 def refuse_turned(reference: Reference, run: Trajectory) -> None:
-    """Raise `InputError` for a motor that follows from a loop and gets half a turn away from where it starts.
+    """Raise `InputError` for a motor on a dependent joint that turns half a turn away from its start.
 
-    Its closed form tells angles up to a whole turn, so its servo would be given another one there.
+    Its closed form determines angles up to a full turn, so its servo would receive another one there.
     """
     machine, (x, _) = reference.machine, reference.of_motors(run)
     for m, joint in enumerate(machine.motor_joints):
@@ -235,12 +234,12 @@ def refuse_turned(reference: Reference, run: Trajectory) -> None:
 
 
 def refuse_lost_loops(reference: Reference, run: Trajectory) -> None:
-    """Raise `InputError` by loop and time where a motion leaves the branch on which its loops start."""
+    """Raise `InputError` by loop and time if a motion leaves the branch on which its loops start."""
     refuse_lost(reference.machine, "simulate", run.t, run)
 
 
 def reference_motion(reference: Reference, steps: int) -> Trajectory:
-    """Return the motion of a machine all of whose joints follow the reference exactly."""
+    """Return the motion of a machine whose joints all follow the reference exactly."""
     t = np.linspace(0.0, reference.duration, steps + 1)
     q, qd, _ = (x[:, np.argsort(reference.machine.motor_entries)] for x in reference.at(t))
     blocks = {"q": q, "qd": qd, "tau": np.full_like(q, np.nan)}
@@ -248,11 +247,11 @@ def reference_motion(reference: Reference, steps: int) -> Trajectory:
 
 
 def inputs_of_steps(
-    reference: Reference, method: str, begins: Array, h: float, held: Array | None = None
+    reference: Reference, method: str, begins: Array, h: float, torques: Array | None = None
 ) -> dict[str, Array]:
-    """Return what a step is given of the motors and of forces, a row for each node of each step.
+    """Return the inputs of steps from motors and forces, a row for each node of each step.
 
-    `held` (m,) are torques that sampled drives hold, in place of those that are fed forward.
+    `torques` (m,) are torques that sampled drives hold, in place of those that are fed forward.
     """
     nodes = np.array(nodes_of(METHODS[method], driven=reference.servo is None), dtype=float)
     times = (begins[:, None] + h * nodes).ravel()
@@ -265,21 +264,29 @@ def inputs_of_steps(
         return forces | {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
     if reference.drives:
-        tau = reference.fed_torques(times) if held is None else np.tile(held, (len(times), 1))
+        tau = reference.fed_torques(times) if torques is None else np.tile(torques, (len(times), 1))
         return forces | {"tau": tau.reshape(len(begins), -1), "r": y, "rd": yd, "rdd": ydd}
     _, rate, change = reference.at(begins)
     return forces | {
-        "tau": np.tile(reference.start.torques, (len(begins), len(nodes))),
+        "tau": reference.fed_torques(times).reshape(len(begins), -1),
         "r": y,
         "rd": yd,
         "kp": kp,
         "kd": kd,
-        "taud": kp * rate + kd * change,
+        "taud": kp * rate + kd * change + _rate_of_feed(reference, begins, h),
     }
 
 
+def _rate_of_feed(reference: Reference, t: Array, h: float) -> Array:
+    """Return the rates of torques that are fed forward, by central differences over a step; 0 of constant ones."""
+    if reference.feed is None:
+        return np.zeros_like(t)[:, None]
+    ahead, behind = (reference.feed(np.clip(t + x, 0.0, reference.duration)) for x in (h / 2, -h / 2))
+    return (ahead - behind) / h
+
+
 def _entry(library: ctypes.CDLL, run: Run) -> Any:
-    entry = library[f"{run.name}_run"]
+    entry = function_in(library, f"{run.name}_run")
     read = [ctypes.c_void_p] * len(run.read)
     written = [ctypes.c_void_p] * (len(run.written) + 1)
     entry.argtypes, entry.restype = [ctypes.c_size_t, *read, ctypes.c_double, ctypes.c_void_p, *written], None

@@ -1,4 +1,4 @@
-"""Balance of energy of a simulated motion: what motors and forces put in, what friction takes, what is left."""
+"""Energy balance of a simulated motion: work of motors and forces, dissipation, stored energy, and the error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Friction, Machine, Wrench
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 FORMS = ("kinetic", "gravity", "elastic")
 """Forms of energy, in the order of the model `energy`."""
@@ -37,7 +37,7 @@ class EnergyBalance:
 
     @property
     def left_over(self) -> float:
-        """Stored less what came in and went out."""
+        """Error of the balance: stored energy minus work plus dissipation."""
         return self.stored - self.put_in + self.dissipated
 
 
@@ -58,32 +58,32 @@ def _power(reference: Reference, motion: Motion) -> Array:
     """Return the power (N,) of motors and forces, W."""
     machine = reference.machine
     _, rates = reference.of_motors(motion)
-    found: Array = (motion.tau * rates).sum(axis=1)
+    power: Array = (motion.tau * rates).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
-    found = found + _power_of(reference.loaded, unloaded, motion) + (motion.f0 * motion.V0).sum(axis=1)
-    return found
+    power = power + _power_of(reference.loaded, unloaded, motion) + (motion.f0 * motion.V0).sum(axis=1)
+    return power
 
 
 def _without_losses(machine: Machine) -> Machine:
     """Return the machine without dampers and friction."""
     undamped = (replace(joint.spring, damping=ZERO) for joint in machine.joints)
-    kept = zip(machine.joints, undamped, strict=True)
-    return replace(machine, joints=tuple(replace(j, spring=spring, friction=Friction()) for j, spring in kept))
+    pairs = zip(machine.joints, undamped, strict=True)
+    return replace(machine, joints=tuple(replace(j, spring=spring, friction=Friction()) for j, spring in pairs))
 
 
 def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:
-    """Return the power (N,) of what a machine has and another one lacks, qd^T A (qdd - qdd_other)."""
+    """Return the power (N,) of the forces that a machine has and `other` lacks, qd^T A (qdd - qdd_other)."""
     if machine == other:
         return np.zeros(len(motion.t))
     model = numpy_model(machine, ("inertia_matrix", "direct_dynamics"))
     more = _accelerations(model.direct_dynamics, motion)
     more = more - _accelerations(numpy_model(other, ("direct_dynamics",)).direct_dynamics, motion)
     rates, (A,) = np.concatenate([motion.V0, motion.qd], axis=1), motion.results(model.inertia_matrix)
-    found: Array = np.einsum("ti,tij,tj->t", rates, A, more)
-    return found
+    return np.asarray(np.einsum("ti,tij,tj->t", rates, A, more))
 
 
 def _accelerations(model: Callable[..., Any], motion: Motion) -> Array:
-    """Return the accelerations (N, n) of the coordinates, those of the base first where they are results."""
-    found = motion.results(model)
-    return np.concatenate((without_rates(motion, found) if "z" in signature(model).parameters else found)[::-1], axis=1)
+    """Return the accelerations (N, n) of the coordinates, those of the base first if they are results."""
+    results = motion.results(model)
+    blocks = without_rates(motion, results) if "z" in signature(model).parameters else results
+    return np.concatenate(blocks[::-1], axis=1)

@@ -28,9 +28,8 @@ class Level:
     level: float
 
     def above(self, states: States, t: Array) -> Array:
-        """Return by how much the signal is above the level at times (N,)."""
-        found: Array = states(t)[self.order][:, self.k] - self.level
-        return found
+        """Return the difference of the signal and its level at times (N,)."""
+        return np.asarray(states(t)[self.order][:, self.k] - self.level)
 
 
 @dataclass(frozen=True)
@@ -44,17 +43,17 @@ class Crossing:
 
 
 def level_of(machine: Machine, signal: str, level: float) -> Level:
-    """Return a level of a signal by its name; raises `InputError` where it is not a position or velocity of a joint."""
-    (found,) = outputs(machine, [signal])
-    if not isinstance(found, JointSignal) or found.order > 1:
+    """Return a level of a signal by its name; raises `InputError` for all but joint positions and velocities."""
+    (source,) = outputs(machine, [signal])
+    if not isinstance(source, JointSignal) or source.order > 1:
         name = machine.independent_joints[0].name
         what = f"{signal} is not a position or velocity of a joint: give {name}.q = X, or .qd"
         raise machine.error("--event", what)
-    return Level(found.name, entry_of(machine, found), found.order, level)
+    return Level(source.name, entry_of(machine, source), source.order, level)
 
 
 class Watch:
-    """Looks for crossings of levels in one interval of time after another; touching a level is not a crossing."""
+    """Detector of level crossings in consecutive time intervals; touching a level is not a crossing."""
 
     def __init__(self, levels: Sequence[Level]) -> None:
         self.levels = levels
@@ -63,11 +62,11 @@ class Watch:
     def crossings(self, states: States, begins: float, ends: float) -> list[Crossing]:
         """Return the crossings between two times, in the order of time."""
         t = np.linspace(begins, ends, LOOKS)
-        found = [crossing for level in self.levels for crossing in self._of(level, states, t)]
-        return sorted(found, key=lambda crossing: crossing.t)
+        crossings = [crossing for level in self.levels for crossing in self._of(level, states, t)]
+        return sorted(crossings, key=lambda crossing: crossing.t)
 
     def _of(self, level: Level, states: States, t: Array) -> Iterator[Crossing]:
-        """Yield the crossings of a level between times; at the level a signal counts as where it was before."""
+        """Yield the crossings of a level between times; a signal at the level keeps its previous side."""
         for at, above in zip(t.tolist(), level.above(states, t).tolist(), strict=True):
             since, before = self._last.get(level, (at, above))
             if before * above < 0:
@@ -77,6 +76,6 @@ class Watch:
 
 
 def _root(level: Level, states: States, begins: float, ends: float) -> float:
-    """Return the time at which a signal is at its level, between two at which it is not."""
+    """Return the time at which a signal reaches its level, between two times on either side."""
     search = for_vibrations("scipy.optimize").brentq
     return float(search(lambda t: float(level.above(states, np.array([t]))[0]), begins, ends, xtol=1e-15))

@@ -1,4 +1,4 @@
-"""Motions of machines whose motors all follow exactly: nothing is integrated, the inverse model gives the torques."""
+"""Motions of machines whose motors all follow exactly: torques by the inverse model, without integration."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE
 
 
 def follows_exactly(reference: Reference) -> bool:
-    """Whether the motion of the motors is that of all joints."""
+    """Return whether the motion of the motors determines that of all joints."""
     machine = reference.machine
     is_whole = bool(machine.motors) and len(machine.motors) == len(machine.independent)
     return is_whole and reference.servo is None and not reference.base
 
 
 def follow(reference: Reference, request: Request) -> Simulation:
-    """Return a motion that is followed exactly, with torques, outputs and energies; raises `InputError`.
+    """Return an exactly prescribed motion, with torques, outputs and energies; raises `InputError`.
 
-    Its samples are those of --step, else enough to tell all parts of the motion. Its errors are zero by definition.
+    Its samples are those of --step, else enough to resolve all parts of the motion. Its errors are zero by definition.
     """
     if request.method is not None:
         what = "every joint is a motor that follows exactly, so nothing is integrated: leave it out, or give servos"
@@ -38,19 +38,20 @@ def follow(reference: Reference, request: Request) -> Simulation:
     names = names or tuple(f"{motor}.{MOTOR_TORQUE}" for motor in reference.motors)
     t = np.linspace(0.0, reference.duration, steps + 1)
     observer = Observer(reference.machine, reference, names)
-    kept = reference.motion(t)
-    motion = observer.motion(Trajectory(kept.blocks, t, EXACT, reference.duration / steps, steps, 0.0))
+    blocks = reference.motion(t).blocks
+    trajectory = Trajectory(blocks, t, EXACT, reference.duration / steps, steps, 0.0)
+    motion = observer.motion(trajectory)
     outputs = observer.outputs(motion)
     none = dict.fromkeys(names, 0.0)
     tolerance = dict(request.tolerance or {})
     return Simulation(
-        reference, Trajectory(kept.blocks, t, EXACT, reference.duration / steps, steps, 0.0), motion, names, outputs,
-        np.zeros_like(outputs), none, tolerance, {}, 0, energy_balance(reference, motion), None, math.inf,
+        reference, trajectory, motion, names, outputs, np.zeros_like(outputs), none, tolerance, {}, 0,
+        energy_balance(reference, motion), None, math.inf,
     )  # fmt: skip
 
 
 def _steps(reference: Reference, request: Request) -> int:
-    """Return the number of samples less one."""
+    """Return the number of samples minus one."""
     if request.step is None:
         refuse_unresolved(reference)
         return max(SAMPLES - 1, in_detail(reference))

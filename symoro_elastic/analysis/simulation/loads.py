@@ -1,4 +1,4 @@
-"""Torques through joints whose friction rises with them, along motions: found with that friction, by substitution."""
+"""Torques through joints with load-dependent friction, along motions: solved with that friction, by substitution."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from symoro_elastic.analysis.simulation.reference_motion import Motion
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.passed_torques import PASSED, PASSED_TORQUES, TERMS
-from symoro_elastic.models.state import State
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.models.steps.time_steps import PASSED, PASSED_TORQUES, TERMS
 
 SUBSTITUTIONS, EXTRAPOLATED, SETTLED = 1000, 30, 1e-13
 """Of torques that friction rises with: at most, those with limits between them, relative change of the last one
@@ -18,22 +18,22 @@ by the sizes of their terms."""
 
 
 def under_loads(
-    machine: Machine, call: Callable[[str, State], dict[str, Array]], dynamics: str, given: Motion
+    machine: Machine, call: Callable[[str, State], dict[str, Array]], dynamics: str, state: Motion
 ) -> dict[str, Array]:
-    """Return what a dynamic model gives, and the torques `load` through joints whose friction rises with them.
+    """Return the results of a dynamic model, and the torques `load` through joints with load-dependent friction.
 
     `call` gives the results of a generated function at states. Raises `InputError` where loads do not settle.
     """
     if not machine.loaded:
-        return call(dynamics, given)
-    loads = [np.zeros((len(given.t), len(machine.loaded)))]
+        return call(dynamics, state)
+    loads = [np.zeros((len(state.t), len(machine.loaded)))]
     for number in range(1, SUBSTITUTIONS):
-        found = call(dynamics, given.with_blocks(load=loads[-1]))
-        moved = {name: found[name] for name in ("tau", "qdd") if name in found}
-        passed = call(PASSED_TORQUES, given.with_blocks(load=loads[-1], **moved))
+        results = call(dynamics, state.with_blocks(load=loads[-1]))
+        moved = {name: results[name] for name in ("tau", "qdd") if name in results}
+        passed = call(PASSED_TORQUES, state.with_blocks(load=loads[-1], **moved))
         load = passed[PASSED]
         if not (np.abs(load - loads[-1]) > SETTLED * passed[TERMS].sum(axis=1, keepdims=True)).any():
-            return found | {"load": load}
+            return results | {"load": load}
         loads = [*loads[-2:], load]
         if number % 3 == 2 and number < EXTRAPOLATED:
             loads = [_limit_of(*loads)]
@@ -42,6 +42,6 @@ def under_loads(
 
 
 def _limit_of(x: Array, y: Array, z: Array) -> Array:
-    """Return where three numbers in turn tend to by Aitken's rule: exact where their distances have one ratio."""
+    """Return the limit of three successive iterates by Aitken's rule: exact for geometric convergence."""
     bend = z - 2 * y + x
     return z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=np.abs(bend) > 1e-9 * np.abs(z - y))

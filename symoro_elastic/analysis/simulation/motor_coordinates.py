@@ -1,4 +1,4 @@
-"""A machine whose motors follow from loops, in its own coordinates and in those of its motors.
+"""Motors on dependent joints: a machine in its own and in its motors' coordinates, and torques over time.
 
 Reference motions are given in motor coordinates; the machine in the coordinates of its file keeps its closed forms.
 """
@@ -8,18 +8,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-from symoro_elastic.models.motor_coordinates import dependent_motors
-from symoro_elastic.models.state import State
-from symoro_elastic.numerics.closed_positions import JointCoordinates
-from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.numerics.motion.shared_motors import followers
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.machine.restrict import with_held_joints
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.models.loops.plan import lacks_closed_form
+from symoro_elastic.models.steps.time_steps import dependent_motors
+from symoro_elastic.numerics.evaluation.closed_positions import JointCoordinates
+from symoro_elastic.numerics.evaluation.values import given_values
+from symoro_elastic.numerics.motion.independent_joints import followers, with_independent_motors
+from symoro_elastic.numerics.verification.implementations import numpy_model
+
+PLACE = "drives, feed_forward, torque"
 
 
 @dataclass(frozen=True)
@@ -30,27 +37,26 @@ class MotorCoordinates:
     other: Machine
 
     def positions(self, named: Mapping[str, float]) -> dict[str, float]:
-        """Return positions of the independent joints of `other` by name, those of the machine being as `named`.
+        """Return positions of the independent joints of `other` by name, from those of the machine.
 
         Springs that are not named are neutral, other joints where loops start. Raises `InputError`.
         """
         q = np.array(
             [named.get(joint.name, x) for joint, x in zip(self.machine.independent_joints, self._usual, strict=True)]
         )
-        found = JointCoordinates(self.machine, self.other.independent)(State({"q": q[None]}))[0][0]
-        if not np.isfinite(found).all():
+        q_other = JointCoordinates(self.machine, self.other.independent)(State({"q": q[None]}))[0][0]
+        if not np.isfinite(q_other).all():
             at = ", ".join(f"{j.name}={x:g}" for j, x in zip(self.machine.independent_joints, q, strict=True))
             raise self.machine.error(f"loop {self._loops}", f"it does not close at {at}: start somewhere else")
-        return dict(zip((joint.name for joint in self.other.independent_joints), found.tolist(), strict=True))
+        return dict(zip((joint.name for joint in self.other.independent_joints), q_other.tolist(), strict=True))
 
     def own(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """Return q, qd, qdd (3, N, n) of the machine at states (N, n) of `other`; NaN where a loop does not close."""
+        """Return q, qd, qdd (3, N, n) of the machine at states (N, n) of `other`; NaN for an open loop."""
         return self._own(State({"q": q, "qd": qd, "qdd": qdd}))
 
     def forces(self, q: Array, torques: Array) -> Array:
         """Return S_m^T torques (n,) on the machine's coordinates at q (n,) (L3)."""
-        found: Array = self._motors(State({"q": np.tile(q, (len(q), 1)), "qd": np.eye(len(q))}))[1] @ torques
-        return found
+        return np.asarray(self._motors(State({"q": np.tile(q, (len(q), 1)), "qd": np.eye(len(q))}))[1] @ torques)
 
     @cached_property
     def _own(self) -> JointCoordinates:
@@ -87,3 +93,32 @@ def with_motors_that_follow_exactly(machine: Machine, prescribed: PrescribedMoti
         what = f"simulate: {names} moves it, so its motion cannot be prescribed too: give all motors servos"
         raise prescribed.error(f"servo, {other.joint(j).name}", what)
     return other
+
+
+class InverseModelOfMotors:
+    """Torques (N, m) of all motors along their set points, for a machine whose other joints stay at q (n,)."""
+
+    def __init__(self, machine: Machine, q: Array) -> None:
+        """Build the model; raises `InputError` for dependent motors, and for joints that cannot be locked."""
+        if dependent_motors(machine):
+            raise machine.error(PLACE, "motors follow from a loop: leave it out, or make them independent")
+        if machine.bristles:
+            raise machine.error(PLACE, "friction with states (bristle) is not in the inverse model of motors")
+        joints, motors = machine.independent_joints, set(machine.motor_entries)
+        locked = {joint.name: Formula.parse(x) for k, (joint, x) in enumerate(zip(joints, q.tolist(), strict=True))
+                if k not in motors}  # fmt: skip
+        try:
+            stiff = with_held_joints(machine, locked, "locked")
+        except InputError as error:
+            what = f"{error.what}: the inverse model holds all joints but those of motors"
+            raise machine.error(PLACE, what) from None
+        if lacks_closed_form(stiff):
+            raise machine.error(PLACE, "a loop has no closed form: leave it out")
+        self._order = np.argsort(stiff.motor_entries)
+        self._model: Any = numpy_model(stiff, ("inverse_dynamics",))
+
+    def __call__(self, r: Array, rd: Array, rdd: Array) -> Array:
+        """Return the torques (N, m) at set points and their rates (N, m)."""
+        q, qd = r[:, self._order], rd[:, self._order]
+        torques, *_ = State({"q": q, "qd": qd, "qdd_motor": rdd}).results(self._model.inverse_dynamics)
+        return np.asarray(torques)

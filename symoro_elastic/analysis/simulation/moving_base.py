@@ -1,4 +1,4 @@
-"""A base that moves in simulated motions: where it starts, the machine on a base held there, frames in the world."""
+"""A moving base in simulated motions: its start, the machine on a fixed base, frames in the world."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import BaseStart, PrescribedMotion
-from symoro_elastic.models.state import State, orientation_of
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.models.bound.state import State, orientation_of
+from symoro_elastic.numerics.evaluation.values import given_values
 
 
 def start_of_base(machine: Machine, prescribed: PrescribedMotion) -> dict[str, Array]:
-    """Return pose, velocity and wrench of the base at the start, a row each; empty where it is fixed.
+    """Return pose, velocity and wrench of the base at the start, a row each; empty for a fixed base.
 
     Raises `InputError` where the acceleration of the base is known, and for forces on frames.
     """
@@ -28,16 +28,16 @@ def start_of_base(machine: Machine, prescribed: PrescribedMotion) -> dict[str, A
         raise machine.error("base, known", what)
     if prescribed.forces:
         raise prescribed.error("forces", "not offered on a floating base: give the wrench on it, in base")
-    given = prescribed.base or BaseStart()
-    name, turned = orientation_of(machine), np.array(given.orientation)
+    start = prescribed.base or BaseStart()
+    name, turned = orientation_of(machine), np.array(start.orientation)
     Q0 = quaternion(turned.reshape(3, 3)) if turned.size == 9 else turned / np.linalg.norm(turned)
-    found = {name: Q0 if name == "Q0" else rotations(Q0[None]).ravel()}
-    found |= {"P0": np.array(given.position), "V0": np.array(given.velocity), "f0": np.array(given.wrench)}
-    return {name: x.astype(float) for name, x in found.items()}
+    blocks = {name: Q0 if name == "Q0" else rotations(Q0[None]).ravel()}
+    blocks |= {"P0": np.array(start.position), "V0": np.array(start.velocity), "f0": np.array(start.wrench)}
+    return {name: x.astype(float) for name, x in blocks.items()}
 
 
 def held_machine(machine: Machine, start: Mapping[str, Array]) -> Machine:
-    """Return the machine on a base that is held where it starts: gravity in axes of the base."""
+    """Return the machine with its base fixed at the start: gravity in axes of the base."""
     if not start:
         return machine
     values = given_values(machine)
@@ -47,7 +47,7 @@ def held_machine(machine: Machine, start: Mapping[str, Array]) -> Machine:
 
 
 def rows(start: Mapping[str, Array], count: int) -> dict[str, Array]:
-    """Return a base that stays where it starts, at rest, for so many times."""
+    """Return the state of a base at rest at its start, repeated for a number of times."""
     still = {name: np.tile(x, (count, 1)) for name, x in start.items()}
     return still | {name: np.zeros((count, 6)) for name in ("V0", "V0d") if start}
 
@@ -55,8 +55,7 @@ def rows(start: Mapping[str, Array], count: int) -> dict[str, Array]:
 def rotation_at(state: State) -> Array:
     """Return rotations (N, 3, 3) from axes of the base to those of the world."""
     if "R0" in state.blocks:
-        found: Array = state.R0.reshape(-1, 3, 3)
-        return found
+        return np.asarray(state.R0.reshape(-1, 3, 3))
     return rotations(np.atleast_2d(state.Q0))
 
 
@@ -65,20 +64,18 @@ def rotations(Q: Array) -> Array:
     w, x, y, z = Q.T
     none = np.zeros_like(w)
     hat = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    found: Array = np.eye(3) + 2 * w[:, None, None] * hat + 2 * hat @ hat
-    return found
+    return np.asarray(np.eye(3) + 2 * w[:, None, None] * hat + 2 * hat @ hat)
 
 
 def turning(Q: Array, w: Array) -> Array:
-    """Return Q (0, w) / 2, the rate of a quaternion (4,) of a base that turns with w (3,), in its axes."""
+    """Return Q (0, w) / 2, the rate of a quaternion (4,) of a base with angular velocity w (3,), in its axes."""
     s, x, y, z = Q
     matrix = np.array([[-x, -y, -z], [s, -z, y], [z, s, -x], [-y, x, s]])
-    found: Array = 0.5 * matrix @ w
-    return found
+    return np.asarray(0.5 * matrix @ w)
 
 
 def quaternion(R: Array) -> Array:
-    """Return the quaternion w x y z of the rotation next to a matrix (3, 3): the largest eigenvector of Bar-Itzhack."""
+    """Return the quaternion w x y z of the rotation nearest to a matrix (3, 3), an eigenvector of Bar-Itzhack."""
     (a, b, c), (d, e, f), (g, h, i) = R
     K = np.array([
         [a + e + i, h - f, c - g, d - b],
@@ -86,23 +83,22 @@ def quaternion(R: Array) -> Array:
         [c - g, b + d, e - a - i, f + h],
         [d - b, c + g, f + h, i - a - e],
     ])  # fmt: skip
-    found: Array = np.linalg.eigh(K)[1][:, -1]
-    return found if found[0] >= 0 else -found
+    Q: Array = np.linalg.eigh(K)[1][:, -1]
+    return Q if Q[0] >= 0 else -Q
 
 
 def placed_in_world(state: State, T: Array) -> Array:
-    """Return placements (N, 4, 4) relative to the world of frames whose placements relative to the base are T."""
+    """Return placements (N, 4, 4) in the world from those in the base, T."""
     if not state.base:
         return T
-    R, found = rotation_at(state), T.copy()
-    found[:, :3, :3] = R @ T[:, :3, :3]
-    found[:, :3, 3] = state.P0 + (R @ T[:, :3, 3, None])[..., 0]
-    return found
+    R, placements = rotation_at(state), T.copy()
+    placements[:, :3, :3] = R @ T[:, :3, :3]
+    placements[:, :3, 3] = state.P0 + (R @ T[:, :3, 3, None])[..., 0]
+    return placements
 
 
 def in_world(state: State, V: Array) -> Array:
-    """Return twists (N, 6) in axes of the world of those in axes of the base."""
+    """Return twists (N, 6) in axes of the world from those in axes of the base."""
     if not state.base:
         return V
-    found: Array = (rotation_at(state)[:, None] @ V.reshape(-1, 2, 3)[..., None]).reshape(-1, 6)
-    return found
+    return np.asarray((rotation_at(state)[:, None] @ V.reshape(-1, 2, 3)[..., None]).reshape(-1, 6))

@@ -1,4 +1,4 @@
-"""What is observed of a simulated motion: accelerations, torques, and outputs by the names of signals."""
+"""Observed signals of a simulated motion: accelerations, torques, and outputs by the names of signals."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.static_deflections import DEFLECTIONS, PLACED
-from symoro_elastic.numerics.closed_positions import JointCoordinates
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.kinematics.geometric import DEFLECTIONS, PLACED
+from symoro_elastic.numerics.evaluation.closed_positions import JointCoordinates
 from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, inputs, outputs
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 """Models by the order of the output that their results hold."""
 
 
 def without_rates(motion: Motion, accelerations: Sequence[Array]) -> Sequence[Array]:
-    """Return what a dynamic model gives, joints first, without rates of states of friction."""
+    """Return the results of a dynamic model, joints first, without rates of states of friction."""
     return [x for k, x in enumerate(accelerations) if k != 1 or not motion.z.shape[1]]
 
 
@@ -33,25 +33,21 @@ class Observer:
     """Accelerations, torques and outputs of motions along a reference."""
 
     def __init__(self, machine: Machine, reference: Reference, names: Sequence[str]) -> None:
-        """Raises `InputError` for signals that do not exist."""
+        """Resolve the signals; raises `InputError` for unknown ones."""
         self.machine, self.reference, self.names = machine, reference, tuple(names)
         self.signals = tuple(_signal(machine, name) for name in names)
 
-    def motion(self, found: Trajectory) -> Motion:
+    def motion(self, trajectory: Trajectory) -> Motion:
         """Return accelerations and torques with the states."""
-        f_ext, _ = self.reference.wrenches(found.t)
-        motion = Motion({**found.blocks, "f_ext": f_ext}, found.t)
+        f_ext, _ = self.reference.wrenches(trajectory.t)
+        motion = Motion({**trajectory.blocks, "f_ext": f_ext}, trajectory.t)
         if self.reference.servo is None:
-            _, _, ydd = self.reference.at(found.t)
+            _, _, ydd = self.reference.at(trajectory.t)
             tau, *accelerations = motion.results(self._dynamics.inverse_dynamics, qdd_motor=ydd)
         else:
-            tau, accelerations = found.tau, [*motion.results(self._dynamics.direct_dynamics)]
-        kept = without_rates(motion, accelerations)
-        return motion.with_blocks(tau=tau, **dict(zip(("qdd", "V0d"), kept, strict=False)))
-
-    def along_reference(self, t: Array) -> Array:
-        """Return the outputs (N, names) where motors follow exactly and springs stay; NaN for torques."""
-        return self.outputs(self.reference.motion(t))
+            tau, accelerations = trajectory.tau, [*motion.results(self._dynamics.direct_dynamics)]
+        rates = without_rates(motion, accelerations)
+        return motion.with_blocks(tau=tau, **dict(zip(("qdd", "V0d"), rates, strict=False)))
 
     def outputs(self, motion: Motion) -> Array:
         """Return the outputs (N, names); rotations are vectors from the attitude at the start.
@@ -78,8 +74,8 @@ class Observer:
         """Return velocities or accelerations (N, 6) of a frame, in axes of frame 0."""
         if not signal.number:
             return motion.V0d if signal.order == 2 else motion.V0
-        (found,) = motion.results(getattr(self._frame_models, FRAME_MODELS[signal.order]))
-        return found[:, self._row(signal)]
+        (twists,) = motion.results(getattr(self._frame_models, FRAME_MODELS[signal.order]))
+        return twists[:, self._row(signal)]
 
     def _row(self, signal: FrameSignal) -> int:
         return self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))
@@ -89,13 +85,12 @@ class Observer:
             return motion.tau[:, self.machine.motors.index(signal.number)]
         if signal.number in self.machine.independent:
             return (motion.q, motion.qd, motion.qdd)[signal.order][:, self.machine.independent.index(signal.number)]
-        found = self._dependent(motion)
-        column: Array = found[signal.order][:, self._dependent.joints.index(signal.number)]
-        return column
+        coordinates = self._dependent(motion)
+        return np.asarray(coordinates[signal.order][:, self._dependent.joints.index(signal.number)])
 
     @cached_property
     def _dependent(self) -> JointCoordinates:
-        """Motion of the joints among the outputs that follow from loops."""
+        """Motion of the dependent joints among the outputs."""
         joints = {x.number for x in self.signals if isinstance(x, JointSignal)}
         return JointCoordinates(self.machine, sorted(joints.difference(self.machine.independent)))
 
@@ -103,15 +98,15 @@ class Observer:
         """Return the placements of frames (N, frames, 4, 4), static springs deflected."""
         models = self._frame_models
         if not self.machine.static:
-            (found,) = motion.results(models.geometric_model)
+            (placements,) = motion.results(models.geometric_model)
         else:
-            (found,) = motion.results(models.geometric_model_with_deflections, q_static=self.deflections(motion))
-        return found
+            (placements,) = motion.results(models.geometric_model_with_deflections, q_static=self.deflections(motion))
+        return placements
 
     def deflections(self, motion: Motion) -> Array:
-        """Return the variables (N, s) of static springs, in table order, from the reactions there."""
-        (found,) = motion.results(self._reactions.static_deflections)
-        return found
+        """Return the deflections (N, s) of static springs, in table order, from the reactions there."""
+        (deflections,) = motion.results(self._reactions.static_deflections)
+        return deflections
 
     @cached_property
     def _frames(self) -> tuple[str, ...]:
@@ -139,8 +134,8 @@ class Observer:
 
 
 def _signal(machine: Machine, name: str) -> Signal:
-    (found,) = (inputs if name.rpartition(".")[2] == MOTOR_TORQUE else outputs)(machine, [name])
-    return found
+    (signal,) = (inputs if name.rpartition(".")[2] == MOTOR_TORQUE else outputs)(machine, [name])
+    return signal
 
 
 def _pose(T: Array) -> Array:
@@ -150,5 +145,4 @@ def _pose(T: Array) -> Array:
     if finite.any():
         rotations = for_vibrations("scipy.spatial.transform").Rotation.from_matrix(turned[finite])
         rotation[finite] = rotations.as_rotvec()
-    found: Array = np.concatenate([T[:, :3, 3], rotation], axis=1)
-    return found
+    return np.asarray(np.concatenate([T[:, :3, 3], rotation], axis=1))

@@ -1,4 +1,4 @@
-"""Periods of a controller: steps that they are whole numbers of, and the time that these take; times for readers."""
+"""Periods of a controller: steps that divide them, and their computing time; times in readable units."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"))
 
 
 def period_line(wanted: Wanted, step: float, seconds: float) -> str:
-    """Return how long the steps of a period take, and whether `wanted` allows it; empty where no period is wanted.
+    """Return the computing time of a period's steps, and whether `wanted` allows it; empty without a period.
 
-    `step` is the time between steps, `seconds` what a step takes on this computer, both s.
+    `step` is the time between steps, `seconds` the computing time of a step, both s.
     """
     if wanted.period is None:
         return ""
     count = round(wanted.period / step)
     spent = count * seconds
     steps = "1 step" if count == 1 else f"{count} steps"
-    line = f"a period of {quantity(wanted.period, 's')} takes {steps}, {quantity(spent, 's')} on this computer"
+    line = f"a period of {quantity(wanted.period, 's')} needs {steps}, {quantity(spent, 's')} on this computer"
     if wanted.time is None:
         return line
     fits = "within" if spent <= wanted.time else "more than"
@@ -35,29 +35,29 @@ def quantity(x: float, unit: str) -> str:
     """Return a number with its unit: `5.9 um`, `3.12 ms`, `12 N`."""
     if unit not in ("m", "s") or not abs(x) > 0:
         return f"{x:.3g} {unit}"
-    shown = abs(float(f"{x:.3g}"))
-    scale, prefix = next((pair for pair in PREFIXES if shown >= pair[0]), PREFIXES[-1])
+    rounded = abs(float(f"{x:.3g}"))
+    scale, prefix = next((pair for pair in PREFIXES if rounded >= pair[0]), PREFIXES[-1])
     return f"{x / scale:.3g} {prefix}{unit}"
 
 
 def is_whole(ratio: float) -> bool:
-    """Return whether a ratio of times is a positive whole number to rounding."""
+    """Return whether a ratio of times is a positive integer within rounding."""
     return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
 
 
 def part_of(period: float, largest: float) -> str:
-    """Return a step up to the largest, s, of which a period is a whole number: of few digits where that is near."""
+    """Return the largest step up to a bound, s, that divides a period; of few digits if possible."""
     fewest = math.ceil(period / largest)
     short = (f"{period / steps:g}" for steps in range(fewest, fewest + NEAR))
     return next((text for text in short if is_whole(period / float(text))), f"{period / fewest:.12g}")
 
 
 def part_from(period: float, least: float) -> str:
-    """Return the shortest step from the least on, s, of which a period, no shorter than that, is a whole number."""
+    """Return the shortest step from a bound, s, that divides a period, no shorter than that."""
     return f"{period / math.floor(period / least):.12g}"
 
 
 def rounded_down(x: float) -> str:
-    """Return three digits of a number, of one below it where they would round it up."""
+    """Return a number rounded down to three digits."""
     text = f"{x:.3g}"
     return text if float(text) <= x else f"{x * 0.995:.3g}"

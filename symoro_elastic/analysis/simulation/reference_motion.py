@@ -15,12 +15,15 @@ from numpy.polynomial.polynomial import polyval
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
 from symoro_elastic.analysis.control.driven_machine import load_ratio, measured_positions
-from symoro_elastic.analysis.simulation.fed_torques import InverseModelOfMotors
-from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
+from symoro_elastic.analysis.simulation.motor_coordinates import (
+    InverseModelOfMotors,
+    MotorCoordinates,
+    with_motors_that_follow_exactly,
+)
 from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
 from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
 from symoro_elastic.analysis.time_series.reading import place_of_sample
-from symoro_elastic.analysis.vibration.comparison_motion import COEFFICIENTS, SPLINE_DEGREE
+from symoro_elastic.analysis.vibration.comparison import COEFFICIENTS, SPLINE_DEGREE
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory, read_samples
 from symoro_elastic.foundation.array_types import Array
@@ -31,14 +34,13 @@ from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.machine.restrict import under_forces
-from symoro_elastic.models.motor_coordinates import dependent_motors
-from symoro_elastic.models.state import DEPENDENT
-from symoro_elastic.models.state import State as Blocks
-from symoro_elastic.numerics.closed_positions import JointCoordinates, with_dependent
+from symoro_elastic.models.bound.state import DEPENDENT
+from symoro_elastic.models.bound.state import State as Blocks
+from symoro_elastic.models.steps.time_steps import dependent_motors
+from symoro_elastic.numerics.evaluation.closed_positions import JointCoordinates, with_dependent
 from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
-from symoro_elastic.numerics.motion.equilibrium import equilibrium
-from symoro_elastic.numerics.motion.signals import outputs, points_of
-from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, refuse_soft_static
+from symoro_elastic.numerics.motion.signals import outputs, points_of_signals
 
 Curve = Callable[[Array], Array]
 RISE = Polynomial([0.0] * 4 + list(COEFFICIENTS))
@@ -56,7 +58,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Motion(Blocks):
-    """States at times t (N,) s: all blocks that models take, torques and accelerations among them."""
+    """States at times t (N,) s: all blocks of models, including torques and accelerations."""
 
     t: Array
 
@@ -66,7 +68,7 @@ class Motion(Blocks):
 
 @dataclass(frozen=True)
 class MeasuredLoad:
-    """A position that a drive controls in place of its motor's: a signal, and what it changes with the motor."""
+    """A position that a drive controls instead of its motor's: a signal, and its ratio to the motor."""
 
     signal: str
     ratio: float
@@ -74,14 +76,15 @@ class MeasuredLoad:
 
 @dataclass(frozen=True)
 class Reference:
-    """Wanted motion of the motors of `machine`, in the order of tau, over `duration` s from 0. SI units, radians.
+    """Prescribed motion of the motors of `machine`, in the order of tau, over `duration` s from 0. SI units, radians.
 
     `start` has the springs at their equilibrium, and the motors at the position and the velocity of the motion.
     `servo` holds the gains kp and kd (m,), in N m/rad and N m s/rad or N/m and N s/m; None where motors follow exactly.
-    `drives` are those of the motors where the motion takes them; then gains are zero. `loads` are what they measure in
+    `drives` are those of the motors if the motion uses them; then gains are zero. `loads` are what they measure in
     place of their motors.
     `base` holds the blocks of the base at the start, and the wrench on it; none where it is fixed.
-    Where motors are on dependent joints, `viewed` is where the coordinates of `view` start.
+    Where motors are on dependent joints, `viewed` is where the coordinates of `view` start. `feed` gives torques (N, m)
+    by time that motors are given in place of those that hold the start, or of those of the inverse model.
     """
 
     machine: Machine
@@ -94,6 +97,7 @@ class Reference:
     base: Mapping[str, Array] = field(default_factory=dict)
     view: MotorCoordinates | None = None
     viewed: Array | None = None
+    feed: Curve | None = field(default=None, compare=False)
 
     @property
     def duration(self) -> float:
@@ -107,7 +111,7 @@ class Reference:
 
     @cached_property
     def loaded(self) -> Machine:
-        """The machine whose models take the wrenches on frames as arguments; itself where no forces act."""
+        """The machine whose models have wrenches on frames as arguments; unchanged without forces."""
         return under_forces(self.machine, (force.at for force in self.prescribed.forces))
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
@@ -126,7 +130,7 @@ class Reference:
         motion = np.zeros((4, len(t), len(self.motors)))
         motion[0] = self.motors_at_start if self.record is None else 0.0
         for column, motor in enumerate(self.motors):
-            motion[:, :, column] += self._moved(motor, t)
+            motion[:, :, column] += self._motion_of(motor, t)
         y, yd, ydd, yddd = motion
         return y, yd, ydd, yddd
 
@@ -166,8 +170,7 @@ class Reference:
     def motors_at_start(self) -> Array:
         """Positions (m,) of the motors at the start."""
         x, _ = self.of_motors(Blocks({"q": self.start.q[None], "qd": self.start.qd[None]}))
-        found: Array = x[0]
-        return found
+        return np.asarray(x[0])
 
     def _with_motors(self, machine: Machine, start: Array, t: Array) -> tuple[Array, Array, Array]:
         """Return the states (N, n) of a machine at times (N,), its independent motors on their motion."""
@@ -178,11 +181,11 @@ class Reference:
             block[:, entries] = motion[:, columns]
         return q, v, a
 
-    def _moved(self, motor: str, t: Array) -> Array:
+    def _motion_of(self, motor: str, t: Array) -> Array:
         """Return the sum of the motions of a motor, (4, N)."""
-        given = self.prescribed
-        parts = [x.by * risen(t, x.begins, x.lasts) for x in given.moves if x.motor == motor]
-        parts += [wobble(t, x.amplitude, x.frequency, given.duration) for x in given.wobbles if x.motor == motor]
+        moves, wobbles, duration = self.prescribed.moves, self.prescribed.wobbles, self.prescribed.duration
+        parts = [x.by * risen(t, x.begins, x.lasts) for x in moves if x.motor == motor]
+        parts += [wobble(t, x.amplitude, x.frequency, duration) for x in wobbles if x.motor == motor]
         parts += [self.record(motor, t)] if self.record else []
         return np.sum(parts, axis=0) if parts else np.zeros((4, len(t)))
 
@@ -192,20 +195,22 @@ class Reference:
         Forces first, in axes of frame 0.
         """
         t, frames = np.asarray(t, dtype=float), list(dict.fromkeys(force.at for force in self.prescribed.forces))
-        found = np.zeros((2, len(t), len(frames), 6))
+        blocks = np.zeros((2, len(t), len(frames), 6))
         for force in self.prescribed.forces:
             grown = risen(t, force.begins, force.lasts)[:2]
-            found[:, :, frames.index(force.at)] += grown[..., None] * np.array(force.wrench)
-        wrenches, rates = found.reshape(2, len(t), 6 * len(frames))
+            blocks[:, :, frames.index(force.at)] += grown[..., None] * np.array(force.wrench)
+        wrenches, rates = blocks.reshape(2, len(t), 6 * len(frames))
         return wrenches, rates
 
     def fed_torques(self, t: Array) -> Array:
-        """Return the torques (N, m) given to drives at times (N,): those at the start, or of the inverse model."""
-        found = np.tile(self.start.torques, (len(t), 1))
-        fed = [k for k, one in enumerate(self.drives) if one.torque_forward]
+        """Return the torques (N, m) fed to motors at times (N,): those at the start, or of the inverse model."""
+        if self.feed is not None:
+            return self.feed(t)
+        torques = np.tile(self.start.torques, (len(t), 1))
+        fed = [k for k, drive in enumerate(self.drives) if drive.torque_forward]
         if fed:
-            found[:, fed] = self._inverse_model(*self.at(t))[:, fed]
-        return found
+            torques[:, fed] = self._inverse_model(*self.at(t))[:, fed]
+        return torques
 
     @cached_property
     def _inverse_model(self) -> InverseModelOfMotors:
@@ -213,7 +218,7 @@ class Reference:
 
     @cached_property
     def extent(self) -> float:
-        """Largest position of a motor, or distance between two, rad or m."""
+        """Largest position of a motor, or distance between two positions, rad or m."""
         y, _, _ = self.at(np.linspace(0.0, self.duration, SAMPLES))
         return float(max(np.abs(y).max(initial=0.0), np.ptp(y, axis=0).max(initial=0.0)))
 
@@ -234,14 +239,14 @@ def reference_of(
     followed = (
         machine if prescribed.servo or prescribed.drives else with_motors_that_follow_exactly(machine, prescribed)
     )
-    held = held_machine(followed, base)
-    motion = EquationsOfMotion(held, values)
+    locked = held_machine(followed, base)
+    motion = EquationsOfMotion(locked, values)
     view = None if motion.given.independent == machine.independent else MotorCoordinates(machine, motion.given)
     at = _positions(machine, prescribed, record)
     if view:
         at = view.positions(at) | _positions(machine, replace(prescribed, start={}), record)
     at = {name: x for name, x in at.items() if name in motion.names}
-    refuse_soft_static(held, at, values)
+    refuse_soft_static(locked, at, values)
     start = equilibrium(motion, at)
     if view and record and not start.sought:
         _refuse_other_start(view, prescribed, start)
@@ -250,44 +255,44 @@ def reference_of(
     servo = (np.zeros(len(drives)), np.zeros(len(drives))) if drives else _gains(motion, prescribed, start)
     reference = Reference(followed, prescribed, start, servo, record, drives, loads, base)
     if view and followed is machine:
-        reference = replace(reference, start=_viewed(view, start), view=view, viewed=start.q)
+        reference = replace(reference, start=_state_in_view(view, start), view=view, viewed=start.q)
     _refuse_large(reference)
     _refuse_weak(reference)
     return _in_motion(reference, motion, start)
 
 
 def _refuse_other_start(view: MotorCoordinates, prescribed: PrescribedMotion, start: State) -> None:
-    """Raise `InputError` where the positions that are given are not those where the record of the motors begins."""
+    """Raise `InputError` for stated positions that differ from the start of the motors' record."""
     q = view.own(start.q[None], start.qd[None], start.qdd[None])[0, 0]
     for joint, x in zip(view.machine.independent_joints, q.tolist(), strict=True):
-        given = prescribed.start.get(joint.name, x)
-        if abs(given - x) > SAME * max(1.0, abs(x)):
-            what = f"{given:g} is not where {prescribed.file} puts it, {x:g}: leave it out"
+        stated = prescribed.start.get(joint.name, x)
+        if abs(stated - x) > SAME * max(1.0, abs(x)):
+            what = f"{stated:g} is not where {prescribed.file} puts it, {x:g}: leave it out"
             raise prescribed.error(f"start, {joint.name}", what)
 
 
-def _viewed(view: MotorCoordinates, start: State) -> State:
+def _state_in_view(view: MotorCoordinates, start: State) -> State:
     """Return a state at rest in the machine's own coordinates."""
     ((q,), qd, qdd) = view.own(start.q[None], start.qd[None], start.qdd[None])
     return replace(start, q=q, qd=qd[0], qdd=qdd[0], tau=view.forces(q, start.torques))
 
 
 def _refuse_weak(reference: Reference) -> None:
-    """Raise `InputError` for a limit below what holds the machine at the start: no state of the drive is at rest."""
-    for k, one in enumerate(reference.drives):
-        held, by_voltage = abs(float(reference.start.torques[k])), np.inf
-        if one.current and one.current.resistance > 0:
-            by_voltage = one.voltage_limit / one.current.resistance
-        most, key = min((one.torque_limit, "limits"), (by_voltage, "limits, voltage"))
-        if held > most:
+    """Raise `InputError` for a limit below the holding torque at the start: the drive has no steady state."""
+    for k, drive in enumerate(reference.drives):
+        needed, by_voltage = abs(float(reference.start.torques[k])), np.inf
+        if drive.current and drive.current.resistance > 0:
+            by_voltage = drive.voltage_limit / drive.current.resistance
+        most, key = min((drive.torque_limit, "limits"), (by_voltage, "limits, voltage"))
+        if needed > most:
             gives = "its torque at rest, " if key == "limits, voltage" else ""
             end = "," if gives else ""
-            what = f"{gives}{most:.4g}{end} does not hold the machine at the start, which takes {held:.4g}: raise it"
-            raise reference.machine.error(f"drives, {one.motor}, {key}", what)
+            what = f"{gives}{most:.4g}{end} does not hold the machine at the start, which needs {needed:.4g}: raise it"
+            raise reference.machine.error(f"drives, {drive.motor}, {key}", what)
 
 
 def _in_motion(reference: Reference, motion: EquationsOfMotion, start: State) -> Reference:
-    """Return the reference with the motors at the velocities that their motion begins with."""
+    """Return the reference with the initial velocities of the motors' motion."""
     qd = np.zeros_like(start.qd)
     entries, columns = independent_motors(motion.given)
     qd[entries] = reference.at(np.zeros(1))[1][0, columns]
@@ -297,24 +302,24 @@ def _in_motion(reference: Reference, motion: EquationsOfMotion, start: State) ->
 
 
 def independent_motors(machine: Machine) -> tuple[list[int], list[int]]:
-    """Return the entries in q of the motors that own some, and their places among all motors."""
+    """Return the entries in q of independent motors, and their indices among all motors."""
     columns = [k for k, j in enumerate(machine.motors) if j in machine.independent]
     return list(machine.motor_entries), columns
 
 
 def _refuse_large(reference: Reference) -> None:
-    """Raise `InputError` for a motor that gets farther or faster than numbers given by hand may be."""
+    """Raise `InputError` for a motor with a larger position or velocity than files may state."""
     motions = reference.at(np.linspace(0.0, reference.duration, SAMPLES))[:2]
     for what, unit, x in zip(("position", "velocity"), ("", "/s"), motions, strict=True):
         largest = np.abs(x).max(axis=0)
         for name, reached in zip(reference.motors, largest, strict=True):
             if not reached <= LARGEST_INPUT:
-                told = f"its {what} reaches {reached:.3g} rad or m{unit}: {LARGEST_INPUT:g} is the largest allowed"
-                raise reference.prescribed.error(name, told)
+                message = f"its {what} reaches {reached:.3g} rad or m{unit}: {LARGEST_INPUT:g} is the largest allowed"
+                raise reference.prescribed.error(name, message)
 
 
 def _refuse_locked(machine: Machine, prescribed: PrescribedMotion) -> None:
-    """Raise `InputError` for a motor, or a joint in `start`, that moves no more, and for motors without a servo."""
+    """Raise `InputError` for a locked motor, or a locked joint in `start`, and for motors without a servo."""
     motors = [joint.name for joint in machine.motor_joints]
     moving = [joint.name for joint in machine.independent_joints]
     named = [("start", name, moving) for name in prescribed.start]
@@ -331,14 +336,14 @@ def _refuse_locked(machine: Machine, prescribed: PrescribedMotion) -> None:
 
 
 def _positions(machine: Machine, prescribed: PrescribedMotion, record: Record | None) -> dict[str, float]:
-    """Return the positions at the start that are given, by joint. Raises `InputError` where a record has others."""
+    """Return the stated start positions, by joint. Raises `InputError` for those that differ from a record."""
     if record is None:
         return prescribed.start
     recorded = {joint.name: float(record(joint.name, np.zeros(1))[0, 0]) for joint in machine.motor_joints}
     for name, x in recorded.items():
-        given = prescribed.start.get(name, x)
-        if abs(given - x) > SAME * max(1.0, abs(x)):
-            what = f"{given:g} is not where {prescribed.file} begins, {x:g}: leave it out"
+        stated = prescribed.start.get(name, x)
+        if abs(stated - x) > SAME * max(1.0, abs(x)):
+            what = f"{stated:g} is not where {prescribed.file} begins, {x:g}: leave it out"
             raise prescribed.error(f"start, {name}", what)
     return {**prescribed.start, **recorded}
 
@@ -356,7 +361,7 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
         zero = np.zeros_like(start.q)
         (A,) = motion.matrices(["M"], start.q, zero, zero)
         inertia |= {motion.names[k]: float(A[k, k]) for k in motion.motors}
-    joined = {j for one, others in motion.followers.items() for j in (one, *others)}
+    joined = {j for leader, followers in motion.followers.items() for j in (leader, *followers)}
     shared = {motion.machine.joint(j).name for j in joined}
     for name, servo in servos.items():
         if isinstance(servo, Bandwidth) and name in shared:
@@ -368,22 +373,22 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
 
 
 def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedMotion) -> Iterator[Cascade]:
-    """Yield the drives of all motors; raises `InputError` for motors without one, and for gains that are not known."""
-    known, joints = drives_of(machine).by_motor, {joint.name: joint for joint in machine.joints}
+    """Yield the drives of all motors; raises `InputError` for motors without one, and for gains without value."""
+    by_motor, joints = drives_of(machine).by_motor, {joint.name: joint for joint in machine.joints}
     for name in motion.motor_names:
-        if name not in known:
+        if name not in by_motor:
             raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
-        one = cascade_of(joints[name], known[name], motion.parameters, machine.label)
-        if one.sought:
-            what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
+        drive = cascade_of(joints[name], by_motor[name], motion.parameters, machine.label)
+        if drive.tuned_gains:
+            what = f'{name}: {", ".join(drive.tuned_gains)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
-        yield one
+        yield drive
 
 
 def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterator[MeasuredLoad | None]:
-    """Yield what the drives of all motors measure, None for their motors; raises `InputError`."""
-    known = drives_of(machine).by_motor
-    signals = [known[name].measured for name in motion.motor_names]
+    """Yield the load positions that drives measure, None for motor positions; raises `InputError`."""
+    by_motor = drives_of(machine).by_motor
+    signals = [by_motor[name].measured for name in motion.motor_names]
     loads = [name for name in dict.fromkeys(signals) if name != MOTOR]
     if not loads:
         yield from (None for _ in signals)
@@ -391,7 +396,8 @@ def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterato
     if motion.machine.is_coupled:
         raise machine.error("drives, measured", "positions of the load are not simulated where joints are coupled")
     measured_positions(machine)
-    motion = EquationsOfMotion(motion.given, motion.given_values, points_of(outputs(motion.given, loads)))
+    points = points_of_signals(motion.given, outputs(motion.given, loads))
+    motion = EquationsOfMotion(motion.given, motion.given_values, points)
     linear = linearize(motion, start, (), loads)
     for name, signal, velocity in zip(motion.motor_names, signals, linear.motors, strict=True):
         yield None if signal == MOTOR else MeasuredLoad(signal, load_ratio(linear, name, velocity, signal))
@@ -406,10 +412,9 @@ def _law(servo: Servo, m: float) -> tuple[float, float]:
 
 
 def risen(t: Array, begins: float, lasts: float) -> Array:
-    """Return the rise from 0 to 1, 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7 with x = (t - begins) / lasts, constant beyond."""
+    """Return the rise from 0 to 1, 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7, x = (t - begins) / lasts, constant outside."""
     x = np.clip((t - begins) / lasts, 0.0, 1.0)
-    found: Array = (polyval(x, RATES).T / [lasts**k for k in range(4)]).T
-    return found
+    return np.asarray((polyval(x, RATES).T / [lasts**k for k in range(4)]).T)
 
 
 def wobble(t: Array, amplitude: float, frequency: float, duration: float) -> Array:
@@ -433,20 +438,20 @@ class Record:
     """
 
     def __init__(self, path: Path, machine: Machine, duration: float) -> None:
-        """Raises `InputError` for a file that is not a motion of all motors, and does not last as long."""
+        """Read the record; raises `InputError` for a file without all motors, or of another duration."""
         samples = read_samples(path, machine)
         self.t = samples.t
         _refuse_parts(samples, duration)
         self.curves = {name: _curves(samples, name) for name in samples.y}
 
     def __call__(self, motor: str, t: Array) -> Array:
-        """Return the motion of a motor; beyond the record it stays where it was."""
+        """Return the motion of a motor; constant beyond the record."""
         inside = np.clip(t, self.t[0], self.t[-1])
         return np.array([curve(inside) for curve in self.curves[motor]])
 
 
 def _refuse_parts(samples: ReferenceTrajectory, duration: float) -> None:
-    """Raise `InputError` for a record with a gap, or that does not reach from 0 to the end of the motion."""
+    """Raise `InputError` for a record with a gap, or one that does not cover the motion."""
     t, source = samples.t, samples.source
     if len(t) <= SPLINE_DEGREE:
         raise InputError(source, "t", f"{len(t)} samples are too few for a motion: give {SPLINE_DEGREE + 1} or more")

@@ -1,9 +1,9 @@
-"""The right side of a motion, and its derivatives, compiled, with or without a base that moves freely.
+"""The right-hand side of a motion, and its derivatives, compiled, with or without a freely moving base.
 
     y' = [v; qdd(q, v, t)],    dy'/dy = [0 I; -M^-1 K, -M^-1 D]
 
 M, D, K are those of the model `linearization`, with the gains of servos; y holds the joints that do not follow exactly.
-States of friction stand behind them. Friction that rises with the torque through a joint is found with that torque, by
+States of friction follow them. Friction that rises with the torque through a joint is found with that torque, by
 substitution. Derivatives then are differences, as the linear model has none of both.
 """
 
@@ -26,26 +26,30 @@ from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
-from symoro_elastic.models.passed_torques import passed_torques
-from symoro_elastic.models.state import State, closing_models
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.bound.state import State, closing_models
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.steps.time_steps import (
+    MOTOR_COORDINATES,
+    dependent_motors,
+    motor_coordinates,
+    passed_torques,
+)
 
 DIFFERENCE = 1e-7
 """Of the state, for derivatives."""
 FLAGS = ("-O1",)
-"""Calls from Python take longer than what more would save."""
+"""More would save less than calls from Python cost."""
 
 
 class CompiledMotion:
-    """The right side of a motion and its derivatives."""
+    """The right-hand side of a motion and its derivatives."""
 
     linear_models: tuple[str, ...] = ("linearization",)
     explicit = "DOP853"
-    """The method where it is not stiff."""
+    """The method for motions that are not stiff."""
 
     def __init__(self, reference: Reference, folder: Path) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        """Compile the motion; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         refuse_still(reference)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
@@ -73,26 +77,26 @@ class CompiledMotion:
 
     @property
     def start(self) -> Array:
-        """y at the start: bristles are not bent."""
+        """y at the start, with unbent bristles."""
         state = self.reference.start
         return np.concatenate([state.q[self.free], state.qd[self.free], 0 * self.largest_bent])
 
     @property
     def sizes(self) -> Array:
-        """Sizes of the entries of y that errors are compared with."""
+        """Scales of the entries of y for relative errors."""
         return np.concatenate([np.ones(self.of_motion), self.largest_bent])
 
     @property
     def intervals(self) -> Iterable[tuple[float, float]]:
-        """The times between which the right side is smooth."""
+        """Time intervals with a smooth right-hand side."""
         return [(0.0, self.reference.duration)]
 
-    def begun(self) -> Self:
+    def copy_at_start(self) -> Self:
         """Return the motion from its start."""
         return self
 
     def begin(self, number: int, t: float, y: Array) -> None:
-        """Take the interval of this number, which begins at t with y."""
+        """Start the interval of this number, at t with y."""
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y."""
@@ -104,25 +108,25 @@ class CompiledMotion:
         return q, qd
 
     def states(self, t: Array, y: Array, near: State) -> Motion:
-        """Return the states at times (N,) and y; loops are closed in turn, from a state `near` the first."""
+        """Return the states at times (N,) and y; loops are closed successively, from a state `near` the first."""
         q, qd = self.states_of_joints(t, y)
         wrenches = {name: self.reference.wrenches(t)[0] for name in self._external}
         bent = {"z": y[:, self.bristles]} if len(self.largest_bent) else {}
         motion = Motion({"q": q, "qd": qd, **bent, **wrenches, **self.base(y)}, t)
         for model in self.closing:
             closed = [near := State(self._compiled.call(model, q=x, q_dep=near.q_dep)) for x in q]
-            motion = motion.with_blocks(q_dep=np.array([one.q_dep for one in closed]))
+            motion = motion.with_blocks(q_dep=np.array([state.q_dep for state in closed]))
         return motion
 
     def base(self, y: Array) -> dict[str, Array]:
-        """Return the blocks of a base that moves freely at y; none here."""
+        """Return the blocks of a freely moving base at y; empty here."""
         return {}
 
     def rate(self, t: float, y: Array, near: State) -> Array:
         """Return y', with loops closed from a state `near`."""
         motion = self.states(np.array([t]), y[None], near)
-        found = self.accelerations(motion, y[None])
-        return np.concatenate([motion.qd[0, self.free], found["qdd"][0, self.free], *found.get("zd", ())])
+        rates = self.accelerations(motion, y[None])
+        return np.concatenate([motion.qd[0, self.free], rates["qdd"][0, self.free], *rates.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
         """Return dy'/dy, with loops closed from a state `near`.
@@ -154,24 +158,24 @@ class CompiledMotion:
     def matrices(self, motion: Motion, y: Array) -> tuple[Array, Array, Array]:
         """Return M, D, K (n, n) of the machine at one state."""
         moved = motion.with_blocks(qdd=self.accelerations(motion, y)["qdd"], tau=self.torques(motion, y))
-        found = self.call("linearization", moved)
-        return found["M"][0], found["D"][0], found["K"][0]
+        matrices = self.call("linearization", moved)
+        return matrices["M"][0], matrices["D"][0], matrices["K"][0]
 
     def accelerations(self, motion: Motion, y: Array) -> dict[str, Array]:
-        """Return qdd, and the acceleration of a base that moves freely, where motors do what the reference says."""
+        """Return qdd, and the acceleration of a freely moving base, with motors as in the reference."""
         if self.reference.servo is None:
             return self.under_loads(motion.with_blocks(qdd_motor=self.reference.at(motion.t)[2]))
         return self.under_loads(motion.with_blocks(tau=self.torques(motion, y)))
 
-    def under_loads(self, given: Motion) -> dict[str, Array]:
-        """Return what the dynamic model gives, and the torques `load` through joints whose friction rises with them.
+    def under_loads(self, motion: Motion) -> dict[str, Array]:
+        """Return the results of the dynamic model, and the torques `load` through joints with load-dependent friction.
 
         Raises `InputError` where these do not settle.
         """
-        return under_loads(self.reference.machine, self.call, self.dynamics, given)
+        return under_loads(self.reference.machine, self.call, self.dynamics, motion)
 
     def torques(self, motion: Motion, y: Array) -> Array:
-        """Return the torques (N, m) of servos at y; NaN where motors follow exactly."""
+        """Return the torques (N, m) of servos at y; NaN for exactly prescribed motors."""
         if self.reference.servo is None:
             return with_servo_torques(self.reference, motion).tau
         return law_of_servos(self.reference, motion.t, *self.of_motors(motion))
@@ -180,11 +184,11 @@ class CompiledMotion:
         """Return positions and rates (N, m) of the motors."""
         if MOTOR_COORDINATES not in self._arguments:
             return self.reference.of_motors(motion)
-        found = self.call(MOTOR_COORDINATES, motion)
-        return found["q_motor"], found["qd_motor"]
+        coordinates = self.call(MOTOR_COORDINATES, motion)
+        return coordinates["q_motor"], coordinates["qd_motor"]
 
     def slopes(self, motion: Motion) -> Array:
-        """Return S_m (m, n) at one position: the rates of motors by those of the coordinates."""
+        """Return S_m (m, n) at one position: rates of motors per rate of coordinates."""
         unit = np.eye(motion.q.shape[1])
         if MOTOR_COORDINATES not in self._arguments:
             return unit[self.motors]
@@ -197,15 +201,15 @@ class CompiledMotion:
 
 
 def _package(machine: Machine, scene: Scene) -> Package:
-    """Return the models of a scene, with those of motors on dependent joints and of loads in friction."""
-    found = trace_models(machine, scene)
-    more = [motor_coordinates(machine, found.folded)] if dependent_motors(machine) else []
-    more += [passed_torques(machine, found.folded)] if machine.loaded else []
-    return replace(found, models=[*found.models, *more]).package if more else found.package
+    """Return the models of a scene, and of motors on dependent joints and of load-dependent friction."""
+    models = trace_models(machine, scene)
+    more = [motor_coordinates(machine, models.folded)] if dependent_motors(machine) else []
+    more += [passed_torques(machine, models.folded)] if machine.loaded else []
+    return replace(models, models=[*models.models, *more]).package if more else models.package
 
 
 class CompiledMotionOnBase(CompiledMotion):
-    """The right side of a motion with a base that moves freely, by derivatives from differences.
+    """The right-hand side of a motion with a freely moving base, with derivatives by differences.
 
     y = [q; P0; Q0; v; V0], then states of friction. The quaternion turns by Q' = Q (0, w) / 2, which keeps its length,
     and is divided by it wherever it is used.
@@ -214,7 +218,7 @@ class CompiledMotionOnBase(CompiledMotion):
     linear_models = ()
 
     def __init__(self, reference: Reference, folder: Path) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        """Compile the motion; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         super().__init__(reference, folder)
         self.orientation = next(iter(reference.base.keys() & {"Q0", "R0"}))
 
@@ -252,11 +256,11 @@ class CompiledMotionOnBase(CompiledMotion):
     def rate(self, t: float, y: Array, near: State) -> Array:
         """Return y'."""
         motion = self.states(np.array([t]), y[None], near)
-        found = self.accelerations(motion, y[None])
-        f, (v, w), (a, wd) = len(self.free), np.split(motion.V0[0], 2), np.split(found["V0d"][0], 2)
+        rates_of_motion = self.accelerations(motion, y[None])
+        f, (v, w), (a, wd) = len(self.free), np.split(motion.V0[0], 2), np.split(rates_of_motion["V0d"][0], 2)
         speed, turned = rotation_at(motion)[0] @ v, turning(y[f + 3 : f + 7], w)
-        rates, qdd = motion.qd[0, self.free], found["qdd"][0, self.free]
-        return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd, *found.get("zd", ())])
+        rates, qdd = motion.qd[0, self.free], rates_of_motion["qdd"][0, self.free]
+        return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd, *rates_of_motion.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
         """Return dy'/dy by central differences."""

@@ -1,4 +1,4 @@
-"""Motions of motors with sampled drives: the controllers' own code once in each period, and the machine between.
+"""Motions with sampled drives: the controllers' own code once in each period, and the machine between.
 
 At t = k T the code that `generate --model control` writes reads the machine and its set points, and gives torques u.
 Each u is held over a period, which begins a dead time 0 <= Td <= T after the sample; a current loop follows it by
@@ -24,14 +24,14 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.drives.control import CONTROL, START
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 SAME = 1e-9
 """Of a period: a dead time that is this near to it is a period."""
 
 
 class Sample(NamedTuple):
-    """What the controllers are given at a time t, s, and what they give; arrays (m,) of motors, (states,) of zc."""
+    """Inputs and outputs of the controllers at a time t, s; arrays (m,) of motors, (states,) of zc."""
 
     t: float
     measured: Array
@@ -47,36 +47,35 @@ class Sample(NamedTuple):
 
 @dataclass
 class Held:
-    """The torques (m,) that are held from times on, s, and the samples that they come from."""
+    """Torques (m,) of a zero-order hold from times on, s, and their samples."""
 
     times: list[float] = field(default_factory=list)
     torques: list[Array] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)
 
     def at(self, t: Array) -> Array:
-        """Return the torques (N, m) that are held at times (N,)."""
+        """Return the held torques (N, m) at times (N,)."""
         if t[0] >= self.times[-1]:
             return np.tile(self.torques[-1], (len(t), 1))
-        found: Array = np.array(self.torques)[np.searchsorted(self.times, t, side="right") - 1]
-        return found
+        return np.asarray(np.array(self.torques)[np.searchsorted(self.times, t, side="right") - 1])
 
 
 class Sampling:
-    """The controllers of a motion: the intervals in which torques are held, and what they sample and give."""
+    """The controllers of a motion: hold intervals, samples and their outputs."""
 
     def __init__(self, reference: Reference) -> None:
-        """Raises `InputError`."""
+        """Prepare the sampling; raises `InputError`."""
         self.reference = reference
         self.period = period_of(reference.drives, reference.machine.label)
-        self.dead_times = [_dead_time(one, self.period, reference.machine) for one in reference.drives]
+        self.dead_times = [_dead_time(drive, self.period, reference.machine) for drive in reference.drives]
         code = numpy_model(reference.machine, (CONTROL, START))
         self._control: Any = code.control
         y, yd, ydd = (x[0] for x in reference.at(np.zeros(1)))
         self._states: Array = code.control_start(y, yd, ydd, reference.start.torques)
         self.held = self._at_start()
 
-    def begun(self) -> Self:
-        """Return the same from the start, with a record of its own."""
+    def copy_at_start(self) -> Self:
+        """Return a copy at the start, with its own record."""
         other = copy.copy(self)
         other.held = self._at_start()
         return other
@@ -86,7 +85,7 @@ class Sampling:
 
     @property
     def intervals(self) -> Iterator[tuple[float, float]]:
-        """The times between which torques are held."""
+        """Time intervals of constant torques."""
         offsets, duration = self._offsets, self.reference.duration
         k, last = 0, 0.0
         while last < duration:
@@ -101,26 +100,26 @@ class Sampling:
 
     @property
     def _offsets(self) -> list[float]:
-        """Times after a sample at which torques change, the sample itself first."""
+        """Times after a sample at which torques change, including the sample."""
         return sorted({0.0, *(dead for dead in self.dead_times if dead < self.period)})
 
     def hold(self, number: int, t: float, read: Callable[[], tuple[Array, Array]]) -> None:
-        """Take the interval of this number, which begins at t: sample positions and speeds (m,), hold what is due."""
-        offsets, held = self._offsets, self.held
+        """Start the interval of this number at t: sample positions and velocities (m,), update due torques."""
+        offsets, history = self._offsets, self.held
         at = offsets[number % len(offsets)]
-        torques = held.torques[-1].copy()
+        torques = history.torques[-1].copy()
         if at == 0:
-            before = held.samples[-1].u if held.samples else held.torques[0]
+            before = history.samples[-1].u if history.samples else history.torques[0]
             due = [k for k, dead in enumerate(self.dead_times) if dead == self.period]
             torques[due] = before[due]
-            held.samples.append(self._sample(t, *read()))
+            history.samples.append(self._sample(t, *read()))
         due = [k for k, dead in enumerate(self.dead_times) if dead == at]
-        torques[due] = held.samples[-1].u[due]
-        held.times.append(t)
-        held.torques.append(torques)
+        torques[due] = history.samples[-1].u[due]
+        history.times.append(t)
+        history.torques.append(torques)
 
     def _sample(self, t: float, measured: Array, speed: Array) -> Sample:
-        """Return what the controllers read and give at t."""
+        """Return the inputs and outputs of the controllers at t."""
         (r,), (rd,), (rdd,) = self.reference.at(np.array([t]))
         zc = self.held.samples[-1].zc_next if self.held.samples else self._states
         read = (measured, speed, r, rd, rdd, self.reference.fed_torques(np.array([t]))[0], zc)
@@ -129,23 +128,23 @@ class Sampling:
 
 
 class SampledMotion(Sampling, DrivenMotion):
-    """The right side of a motion between samples; y = [q; qd; z], torques of current loops in order of motors."""
+    """The right-hand side of a motion between samples; y = [q; qd; z], torques of current loops in order of motors."""
 
     explicit = "RK45"
     """Intervals are short, and every one costs a start."""
 
     def __init__(self, reference: Reference, folder: Path) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        """Compile the motion; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         Sampling.__init__(self, reference)
-        self.lags = np.array([_lag(one) for one in reference.drives])
+        self.lags = np.array([_lag(drive) for drive in reference.drives])
         DrivenMotion.__init__(self, reference, folder)
 
     def laws(self) -> list[DriveLaw]:
-        """Return the current loops, which are all that is between samples."""
-        return [current_loop(one, lag) for one, lag in zip(self.reference.drives, self.lags, strict=True)]
+        """Return the current loops, the only continuous parts of the drives."""
+        return [current_loop(drive, lag) for drive, lag in zip(self.reference.drives, self.lags, strict=True)]
 
     def begin(self, number: int, t: float, y: Array) -> None:
-        """Take the interval of this number, which begins at t with y: sample, and hold what is due."""
+        """Start the interval of this number at t with y: sample, and update due torques."""
 
         def read() -> tuple[Array, Array]:
             motion = self.states(np.array([t]), y[None], self.reference.at_start)
@@ -155,21 +154,21 @@ class SampledMotion(Sampling, DrivenMotion):
         self.hold(number, t, read)
 
     def inputs(self, motion: Motion) -> Array:
-        """Return the inputs (N, m, 6) of current loops: torques that are held, and the velocities of motors."""
-        held = self.held.at(motion.t)
-        found = np.zeros((*held.shape, len(INPUTS)))
-        found[..., TAU] = held
-        found[..., XD] = self.of_motors(motion)[1]
-        return found
+        """Return the inputs (N, m, 6) of current loops: held torques, and velocities of motors."""
+        torques = self.held.at(motion.t)
+        inputs = np.zeros((*torques.shape, len(INPUTS)))
+        inputs[..., TAU] = torques
+        inputs[..., XD] = self.of_motors(motion)[1]
+        return inputs
 
 
-def _lag(one: Cascade) -> float:
-    return sum(x.time for x in one.path if isinstance(x, FirstOrder) and x.name == CURRENT)
+def _lag(drive: Cascade) -> float:
+    return sum(x.time for x in drive.path if isinstance(x, FirstOrder) and x.name == CURRENT)
 
 
-def _dead_time(one: Cascade, period: float, machine: Machine) -> float:
-    dead = sum(x.time for x in one.path if isinstance(x, DeadTime))
+def _dead_time(drive: Cascade, period: float, machine: Machine) -> float:
+    dead = sum(x.time for x in drive.path if isinstance(x, DeadTime))
     if dead > period * (1 + SAME):
         what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
-        raise InputError(machine.label, f"drives, {one.motor}, dead_time", what)
+        raise InputError(machine.label, f"drives, {drive.motor}, dead_time", what)
     return period if dead > period * (1 - SAME) else dead

@@ -1,8 +1,8 @@
-"""Even steps of motions with sampled drives: whole steps in each interval in which torques are held.
+"""Even steps of motions with sampled drives: an integer number in each hold interval.
 
 The controllers' own code is called at the start of each period. Between samples a drive is its current loop, under the
-torque that is held: a step of `_drives` with gains that are zero. Each interval, of which there are two in a period
-where a dead time ends within it, has the same number of steps.
+held torque: a step of `_drives` with zero gains. Each interval has the same number of steps; a dead time that ends
+within a period divides it into two intervals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from symoro_elastic.analysis.simulation.compiled_steps import (
     inputs_of_steps,
     refuse_still,
 )
-from symoro_elastic.analysis.simulation.drive_torques import ControlledPositions, with_loads
+from symoro_elastic.analysis.simulation.driven import ControlledPositions, with_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
@@ -29,23 +29,23 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.described import between_samples
-from symoro_elastic.models.state import split_into
-from symoro_elastic.models.time_steps import WITHOUT_STATES
+from symoro_elastic.models.bound.state import split_into
+from symoro_elastic.models.steps.time_steps import WITHOUT_STATES
 
 
 def is_sampled(reference: Reference) -> bool:
     """Return whether the drives of a motion are sampled."""
-    return any(isinstance(x, Hold) for one in reference.drives for x in one.path)
+    return any(isinstance(x, Hold) for drive in reference.drives for x in drive.path)
 
 
 def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -> CompiledSteps:
-    """Return the steps of some methods for a reference: under sampled drives, or under what else it has.
+    """Return the steps of some methods for a reference, under sampled drives or otherwise.
 
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     lacking = [name for name in methods if reference.drives and name in WITHOUT_STATES]
     if lacking:
-        raise reference.prescribed.error("method", f"{lacking[0]} is not offered with drives: take w3")
+        raise reference.prescribed.error("method", f"{lacking[0]} is not offered with drives: use w3")
     if is_sampled(reference):
         return SampledSteps(reference, methods, folder)
     return CompiledSteps(with_loads(reference), methods, folder)
@@ -57,46 +57,46 @@ class SampledSteps(CompiledSteps):
     def __init__(
         self, reference: Reference, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE
     ) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        """Compile the steps; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         super().__init__(between_samples(reference.loaded), methods, folder, precision)
         self.sampling = Sampling(reference)
 
     @cached_property
-    def controlled(self) -> ControlledPositions:
-        """Positions that drives read."""
+    def controlled_positions(self) -> ControlledPositions:
+        """Positions measured by the drives."""
         return ControlledPositions(self.sampling.reference)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion by the same number of steps in each interval; `steps` are a multiple of these."""
+        """Return the motion by equally many steps in each interval; `steps` is a multiple of the intervals."""
         refuse_still(reference)
-        sampling, run = self.sampling.begun(), self.runs[f"{self.name}_step_{method}_drives"]
+        sampling, run = self.sampling.copy_at_start(), self.runs[f"{self.name}_step_{method}_drives"]
         intervals = [*sampling.intervals]
-        each, every = steps // len(intervals), -(-steps // MOST_RECORDED)
+        per_interval, every = steps // len(intervals), -(-steps // MOST_RECORDED)
         state = {name: block.copy() for name, block in self.at_start(reference).items() if name in run.written}
-        kept, numbers, times, passed = [np.concatenate([*state.values()])[None]], [0], [0.0], 0.0
+        records, numbers, times, passed = [np.concatenate([*state.values()])[None]], [0], [0.0], 0.0
         for number, (begins, ends) in enumerate(intervals):
             sampling.hold(number, begins, lambda: self._read(reference, state))
-            h = (ends - begins) / each
-            given = inputs_of_steps(
-                reference, method, begins + h * np.arange(each, dtype=float), h, sampling.held.torques[-1]
+            h = (ends - begins) / per_interval
+            inputs = inputs_of_steps(
+                reference, method, begins + h * np.arange(per_interval, dtype=float), h, sampling.held.torques[-1]
             )
-            record = np.empty((each, sum(run.written.values())))
-            passed += self.take(run, [given[name] for name in run.read], h, state, record)
-            done = number * each
-            last = [k for k in range(each) if (done + k + 1) % every == 0 or done + k + 1 == steps]
-            kept.append(record[last])
+            record = np.empty((per_interval, sum(run.written.values())))
+            passed += self.take(run, [inputs[name] for name in run.read], h, state, record)
+            done = number * per_interval
+            last = [k for k in range(per_interval) if (done + k + 1) % every == 0 or done + k + 1 == steps]
+            records.append(record[last])
             numbers += [done + k + 1 for k in last]
-            times += [ends if k + 1 == each else begins + (k + 1) * h for k in last]
-            progress(done + each, steps)
+            times += [ends if k + 1 == per_interval else begins + (k + 1) * h for k in last]
+            progress(done + per_interval, steps)
         t = np.array(times)
-        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
+        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(records))}
         moved = self.with_loads(reference, self.with_torques(reference, Motion(states, t), sampling.held.at(t)))
-        longest = max(ends - begins for begins, ends in intervals) / each
+        longest = max(ends - begins for begins, ends in intervals) / per_interval
         return Trajectory(moved.blocks, t, method, longest, steps, passed / steps, np.array(numbers))
 
     def _read(self, reference: Reference, state: dict[str, Array]) -> tuple[Array, Array]:
-        """Return positions that are controlled, and speeds (m,), as the controllers read them now."""
+        """Return controlled positions and velocities (m,) at the present state."""
         blocks = {name: block[None] for name, block in state.items() if name != "z"}
         motion = Motion(blocks, np.zeros(1))
         x, (xd,) = reference.of_motors(motion)
-        return self.controlled(motion, x)[0], xd
+        return self.controlled_positions(motion, x)[0], xd

@@ -1,4 +1,4 @@
-"""Motions simulated with steps that are predicted to suffice; their error is measured by halving the step."""
+"""Motions simulated with predicted step sizes; the error is measured by halving the step."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -38,31 +37,40 @@ from symoro_elastic.analysis.simulation.reference_motion import Motion, Referenc
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
 from symoro_elastic.analysis.simulation.sampled_steps import compiled_steps, is_sampled
 from symoro_elastic.analysis.simulation.simulated import Simulation
-from symoro_elastic.codegen.integration.methods import METHODS, Method, Midpoint, share_of_halving
-from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
-from symoro_elastic.codegen.integration.tableaus import Tableau
-from symoro_elastic.codegen.integration.w_methods import W3
+from symoro_elastic.codegen.integration.tableaus import (
+    METHODS,
+    W3,
+    Method,
+    Midpoint,
+    Rosenbrock,
+    Tableau,
+    share_of_halving,
+)
 from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.machine.described import between_samples
-from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.frames import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.base_steps import base_models
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.drives.drive_states import state_names
-from symoro_elastic.models.implicit_steps import Motors, implicit_system
-from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
-from symoro_elastic.models.passed_torques import passed_torques
-from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.models.steps.closed_dynamics import closed_dynamics
+from symoro_elastic.models.steps.implicit_steps import Motors, base_models, implicit_system
+from symoro_elastic.models.steps.time_steps import (
+    WITHOUT_STATES,
+    dependent_motors,
+    motor_coordinates,
+    passed_torques,
+    refuse_machines,
+)
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.program import OperationCount, Program
 
 DIVISION, SINE = 5, 15
-"""Products that take about as long as a division, and as a sine and a cosine."""
+"""Products that cost about as much as a division, and as a sine and a cosine."""
 
 SUBSTITUTIONS = 4
 """Of the loads that friction rises with, in a stage of a step: their mean."""
@@ -81,7 +89,7 @@ CANDIDATES = (TimeStep.RK4, TimeStep.W2, TimeStep.W3, TimeStep.RODAS4)
 
 @dataclass(frozen=True)
 class Request:
-    """How to simulate: outputs and tolerances by name, method and step where they are given, a period for steps."""
+    """Settings of a simulation: outputs and tolerances by name, optional method and step, a period for steps."""
 
     outputs: tuple[str, ...] = ()
     tolerance: Mapping[str, float] | None = None
@@ -91,24 +99,24 @@ class Request:
 
 
 class Simulating:
-    """One motion of a machine, simulated by steps that suffice."""
+    """A motion of a machine, simulated by sufficiently many steps."""
 
     def __init__(
         self, reference: Reference, request: Request, linear: tuple[LinearPath, tuple[int, ...]] | None = None
     ) -> None:
-        """`linear` is the linear model of a machine with more springs, and the entries of q that are left out."""
+        """Prepare a motion; `linear` is the linear model of a machine with more springs, and their entries of q."""
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
         self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
 
     @cached_property
     def observer(self) -> Observer:
-        """Outputs of motions; a machine with springs left out has no signals of these. Raises `InputError`."""
+        """Observer of the outputs; omitted springs have no signals. Raises `InputError`."""
         return Observer(self.machine, self.reference, self.names)
 
     @property
     def is_predicted(self) -> bool:
-        """Whether there is a linear model along the motion.
+        """Whether a linear model exists along the motion.
 
         Not where the base moves freely, joints depend on others, springs have backlash or there are states z, nor for
         long motions.
@@ -117,7 +125,7 @@ class Simulating:
 
     @property
     def linear(self) -> tuple[LinearPath, tuple[int, ...]]:
-        """The linear model along the motion, and the springs in it that are left out."""
+        """The linear model along the motion, and its omitted springs."""
         assert self._path is not None
         return self._path
 
@@ -141,19 +149,18 @@ class Simulating:
 
     @cached_property
     def tolerance(self) -> dict[str, float]:
-        """Tolerances by output: those that are given, else a thousandth of how far it is from the reference."""
+        """Tolerances by output: requested ones, else a thousandth of the largest deviation from the reference."""
         return dict(self.request.tolerance or self.usual(Deviations(self.linear[0]).outputs))
 
     def usual(self, deviation: Array) -> dict[str, float]:
-        """Return a thousandth of the largest deviation (N, names) of each output."""
+        """Return a thousandth of the largest deviations (N, names) of the outputs."""
         largest = np.abs(deviation).max(axis=0)
         return {name: max(USUAL * float(x), LEAST) for name, x in zip(self.names, largest, strict=True)}
 
     def deviation(self, motion: Motion, outputs: Array) -> Array:
-        """Return outputs (N, names) less those of the reference; torques less what holds the machine at the start."""
-        along = self.observer.along_reference(motion.t)
-        found: Array = outputs - np.where(np.isnan(along), outputs[:1], along)
-        return found
+        """Return outputs (N, names) minus those of the reference; torques minus the holding torque at the start."""
+        along = self.observer.outputs(self.reference.motion(motion.t))
+        return np.asarray(outputs - np.where(np.isnan(along), outputs[:1], along))
 
     @cached_property
     def step_errors(self) -> StepErrors:
@@ -166,7 +173,7 @@ class Simulating:
         return poles(*(self._path or (linear_path(self.reference, (), PLACES), ())))
 
     def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
-        """Return the steps that suffice for a method by prediction, and the errors predicted."""
+        """Return the sufficient steps of a method by prediction, and the predicted errors."""
         if method.name not in self._steps:
             self._steps[method.name] = enough_steps(self, method, self.tolerance)
         return self._steps[method.name]
@@ -176,24 +183,24 @@ class Simulating:
         return {}
 
     def stable_steps(self, method: Method) -> int:
-        """Return the fewest steps that an explicit method bears."""
+        """Return the fewest stable steps of an explicit method."""
         return math.ceil(self.reference.duration / self.largest_step(method)) if isinstance(method, Tableau) else 1
 
     def largest_step(self, method: Method) -> float:
-        """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others.
+        """Return the largest stable step of an explicit method along the motion, s; infinite for others.
 
-        Where there is no linear model, it is that for the lags of drives alone.
+        Without a linear model, it is that for the lags of drives alone.
         """
         if not isinstance(method, Tableau):
             return math.inf
         if not (self._linear or self._is_tree):
-            paths = (one.path for one in self.reference.drives)
+            paths = (drive.path for drive in self.reference.drives)
             lags = [x.time for path in paths for x in path if isinstance(x, FirstOrder)]
             return largest_stable_step(method, np.array([-1 / x for x in lags], dtype=complex)) if lags else math.inf
         return largest_stable_step(method, self.poles)
 
     def in_periods(self, steps: int) -> int:
-        """Return at least as many steps, a whole number of them in each period."""
+        """Return at least as many steps, an integer number in each period."""
         periods = self.intervals
         if self.request.period is not None:
             periods = math.lcm(periods, max(1, round(self.reference.duration / self.request.period)))
@@ -201,12 +208,12 @@ class Simulating:
 
     @cached_property
     def intervals(self) -> int:
-        """Intervals of the motion in which sampled drives hold their torques, which have whole steps; else 1."""
+        """Hold intervals of sampled drives in the motion, which contain integer numbers of steps; else 1."""
         return len([*Sampling(self.reference).intervals]) if is_sampled(self.reference) else 1
 
     @property
     def first_steps(self) -> int:
-        """Steps that are tried first where none are predicted."""
+        """Number of steps of the first run without prediction."""
         return self.in_periods(max(FIRST, in_detail(self.reference)))
 
     @cached_property
@@ -216,11 +223,11 @@ class Simulating:
         return StepCost(between_samples(machine) if is_sampled(self.reference) else machine, ways_of(self.reference))
 
     def cheapest(self) -> str:
-        """Return the method whose steps suffice with the fewest operations."""
+        """Return the method with sufficient steps of the fewest operations."""
         return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
 
     def candidates(self) -> list[str]:
-        """Return the methods to choose from: drives have states, which only some carry."""
+        """Return the available methods: drives have states, which only some methods support."""
         return [name for name in CANDIDATES if not (self.reference.drives and name in WITHOUT_STATES)]
 
     def error(self, key: str, what: str) -> InputError:
@@ -229,7 +236,7 @@ class Simulating:
         return InputError(self.reference.prescribed.source or self.machine.label, place, what)
 
     def refuse_unstable(self, method: Method, step: float) -> None:
-        """Raise `InputError` for steps that an explicit method does not bear."""
+        """Raise `InputError` for steps at which an explicit method is unstable."""
         largest = self.largest_step(method)
         if step > largest:
             period = self.request.period
@@ -238,24 +245,24 @@ class Simulating:
             raise self.error("--step", what)
 
     def refuse_many(self, steps: float) -> None:
-        """Raise `InputError` for more steps than are carried out."""
+        """Raise `InputError` for more steps than the limit."""
         if steps > MOST_STEPS:
             hours = steps * SLOW / 3600
-            taken = f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} is the limit, so give"
+            size = f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} is the limit, so give"
             least, period = self.reference.duration / MOST_STEPS, self.request.period
             if period and period < least:
-                what = f"{taken} at most {rounded_down(MOST_STEPS * period)} s with a period of {period:g} s"
+                what = f"{size} at most {rounded_down(MOST_STEPS * period)} s with a period of {period:g} s"
                 raise self.reference.prescribed.error("duration", what)
             give = part_from(period, least) if period else f"at least {least:.3g}"
-            raise self.error("--step", f"{taken} {give} s")
+            raise self.error("--step", f"{size} {give} s")
 
 
 def enough_steps(
     simulating: Simulating, method: Method, tolerance: Mapping[str, float], share: float = SHARE
 ) -> tuple[int, Mapping[str, float]]:
-    """Return the steps of a method whose predicted errors are at most a share of the tolerances, and these errors.
+    """Return the steps of a method whose predicted errors are at most a fraction of the tolerances, and these errors.
 
-    The errors are NaN where stability alone takes too many steps to try them.
+    The errors are NaN if stability alone requires too many steps.
     """
     least = simulating.stable_steps(method)
     if least > MOST_PREDICTED:
@@ -270,7 +277,7 @@ def enough_steps(
 def simulate(
     reference: Reference, request: Request, announce: Announce = announce_nothing, progress: Progress = no_progress
 ) -> Simulation:
-    """Return a motion simulated by compiled steps of even size, refined until its measured errors are tolerable.
+    """Return a motion simulated by compiled even steps, refined until its measured errors meet the tolerances.
 
     Method and step are predicted where they are not given. Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
@@ -278,14 +285,14 @@ def simulate(
     name = _method(simulating, announce)
     steps, predicted = _steps(simulating, METHODS[name])
     announce("compile")
-    with TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         compiled = compiled_steps(reference, [name], Path(folder))
         announce("simulate")
-        return _refined(simulating, compiled, name, steps, predicted, progress)
+        return _refine(simulating, compiled, name, steps, predicted, progress)
 
 
 def _method(simulating: Simulating, announce: Announce) -> str:
-    """Return the requested method, or the cheapest by prediction. Raises `InputError` where none serves."""
+    """Return the requested method, or the cheapest by prediction. Raises `InputError` if none suffices."""
     request = simulating.request
     refuse_still(simulating.reference)
     refuse_sampled(simulating.reference)
@@ -298,7 +305,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
 
 
 def refuse_period(simulating: Simulating) -> None:
-    """Raise `InputError` where the motion is not a whole number of periods, or a period no whole number of steps."""
+    """Raise `InputError` for a motion that is not a multiple of the period, or a period that is not one of the step."""
     period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
     if period is None:
         return
@@ -313,7 +320,7 @@ def refuse_period(simulating: Simulating) -> None:
 
 
 def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:
-    """Return the first number of steps, and the errors predicted for it."""
+    """Return the first number of steps, and its predicted errors."""
     step, duration = simulating.request.step, simulating.reference.duration
     if step is None:
         steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (simulating.first_steps, {})
@@ -330,7 +337,7 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     return steps, simulating.step_errors.errors(method, steps)
 
 
-def _refined(
+def _refine(
     simulating: Simulating,
     compiled: CompiledSteps,
     name: str,
@@ -338,7 +345,7 @@ def _refined(
     predicted: Mapping[str, float],
     progress: Progress,
 ) -> Simulation:
-    """Return the motion with steps that are given, or refined until the measured errors are tolerable."""
+    """Return the motion with the requested steps, or refined until the measured errors meet the tolerances."""
     runs = Runs(simulating, compiled, name, progress)
     for _ in range(REFINEMENTS):
         errors, tolerance = runs.errors(steps), runs.tolerance(steps)
@@ -359,7 +366,7 @@ class Runs:
         self._found: dict[int, tuple[Trajectory, Motion, Array]] = {}
 
     def run(self, steps: int) -> tuple[Trajectory, Motion, Array]:
-        """Return states, motion and outputs; not finite where they grow out of range."""
+        """Return states, motion and outputs; infinite if they diverge."""
         if steps not in self._found:
             trajectory = self.compiled.run(self.simulating.reference, self.method.name, steps, self.progress)
             with np.errstate(all="ignore"):
@@ -368,7 +375,7 @@ class Runs:
         return self._found[steps]
 
     def errors(self, steps: int) -> dict[str, float]:
-        """Return the errors of outputs: the distance from those at half the step, extrapolated by the order."""
+        """Return the errors of outputs: differences to those at half the step, extrapolated by the order."""
         (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
         if not np.isfinite(fine.q).all():
             refuse_lost_loops(self.simulating.reference, fine)
@@ -376,19 +383,19 @@ class Runs:
         return dict(zip(self.simulating.names, errors.tolist(), strict=True))
 
     def tolerance(self, steps: int) -> dict[str, float]:
-        """Return the tolerances; those of a run itself where nothing gives them before."""
+        """Return the tolerances; by default from the run itself."""
         simulating = self.simulating
         if simulating.request.tolerance or simulating.is_predicted:
             return simulating.tolerance
         _, motion, outputs = self.run(2 * steps)
         with np.errstate(all="ignore"):
-            found = simulating.usual(simulating.deviation(motion, outputs))
-        return {name: x if math.isfinite(x) else LEAST for name, x in found.items()}
+            tolerances = simulating.usual(simulating.deviation(motion, outputs))
+        return {name: x if math.isfinite(x) else LEAST for name, x in tolerances.items()}
 
     def simulation(
         self, steps: int, errors: Mapping[str, float], tolerance: Mapping[str, float], predicted: Mapping[str, float]
     ) -> Simulation:
-        """Return the motion of so many steps with its errors; raises `InputError` where it grows out of range."""
+        """Return the motion with this number of steps and its errors; raises `InputError` if it diverges."""
         simulating, (trajectory, motion, outputs) = self.simulating, self.run(steps)
         refuse_lost_loops(simulating.reference, trajectory)
         _refuse_infinite(simulating, trajectory)
@@ -412,7 +419,7 @@ class Runs:
 
 
 def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tuple[Trajectory, Array]) -> Array:
-    """Return the errors (names,) of outputs (N, names) of a run, from a run at half the step; infinite out of range.
+    """Return the errors (names,) of outputs (N, names), from a run at half the step; infinite if it diverges.
 
     They are compared where both were kept: of many steps only some are.
     """
@@ -420,12 +427,11 @@ def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tu
     _, here, there = np.intersect1d(_numbers(run) * 2, _numbers(halved), return_indices=True)
     with np.errstate(invalid="ignore"):
         apart = np.abs(smooth[there] - rough[here]).max(axis=0)
-    errors: Array = np.where(np.isfinite(apart), share_of_halving(method) * apart, np.inf)
-    return errors
+    return np.asarray(np.where(np.isfinite(apart), share_of_halving(method) * apart, np.inf))
 
 
 def _numbers(run: Trajectory) -> AnyArray:
-    """Return the numbers of the steps that were kept."""
+    """Return the numbers of the recorded steps."""
     if run.numbers is not None:
         return run.numbers
     return np.round(run.t / run.step).astype(np.int64)
@@ -441,7 +447,7 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
 
 
 def _free_joints(reference: Reference) -> tuple[str, ...]:
-    """Return the pose of a base that moves freely, and the positions of the joints that do not follow exactly."""
+    """Return the pose of a freely moving base, and the positions of joints that are not prescribed."""
     exact = () if reference.servo else reference.motors
     joints = tuple(f"{joint.name}.q" for joint in reference.machine.independent_joints if joint.name not in exact)
     return (*COORDINATES[: reference.machine.degrees_of_base], *joints)
@@ -449,12 +455,12 @@ def _free_joints(reference: Reference) -> tuple[str, ...]:
 
 # Operations of a time step, counted in the programs that it calls.
 def cost_in_products(count: OperationCount) -> int:
-    """Return the operations of a program as so many products."""
+    """Return the operations of a program as equivalent multiplications."""
     return count.mul + count.add + DIVISION * count.div + SINE * count.sincos
 
 
 class StepCost:
-    """Operations of steps of a machine whose motors are given in a way; all parameters are constants unless named."""
+    """Operations of steps of a machine for one kind of motors; all parameters are constants unless named."""
 
     def __init__(self, machine: Machine, motors: Motors, folded: Sequence[str] | None = None) -> None:
         self.machine, self.motors = machine, motors
@@ -462,21 +468,21 @@ class StepCost:
         self._traced: dict[str, Program] = {}
 
     def of(self, method: Method) -> int:
-        """Return the operations of a step, weighted: those of its right sides, systems and sums."""
+        """Return the weighted operations of a step: its right-hand sides, systems and sums."""
         n = len(self.machine.independent) + self.machine.degrees_of_base
         entries = 2 * n + len(state_names(self.machine, self.motors is Motors.DRIVES))
-        found = sum(times * cost_in_products(program.count) for times, program in self.programs(method))
-        found += 2 * entries * _sums(method)
-        return found + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else found
+        count = sum(times * cost_in_products(program.count) for times, program in self.programs(method))
+        count += 2 * entries * _sums(method)
+        return count + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else count
 
     def programs(self, method: Method) -> Iterator[tuple[int, Program]]:
         """Yield the programs that a step calls, and how often."""
         stages = _stages(method)
         rates = stages * (SUBSTITUTIONS if self.machine.loaded else 1)
         if self.machine.loaded:
-            yield rates, passed_torques(self.machine, self._folded).program
+            yield rates, self._of_loads
         if self.motors is Motors.DRIVES:
-            yield rates, closed_dynamics(self.machine, self._folded).program
+            yield rates, self._of_drives
             yield from zip((stages + 1, stages), self._of_base, strict=False)
             yield from () if isinstance(method, Tableau) else zip((1, stages), self._system, strict=True)
             return
@@ -490,13 +496,21 @@ class StepCost:
             yield from zip((1, stages), self._system, strict=True)
 
     @cached_property
+    def _of_loads(self) -> Program:
+        return passed_torques(self.machine, self._folded).program
+
+    @cached_property
+    def _of_drives(self) -> Program:
+        return closed_dynamics(self.machine, self._folded).program
+
+    @cached_property
     def _of_motors(self) -> Program:
-        """Positions and velocities of motors that follow from loops, under servos."""
+        """Positions and velocities of motors on dependent joints, under servos."""
         return motor_coordinates(self.machine, self._folded).program
 
     @cached_property
     def _of_base(self) -> list[Program]:
-        return [one.program for one in base_models(self.machine, self._folded)]
+        return [base_model.program for base_model in base_models(self.machine, self._folded)]
 
     def _model(self, name: str) -> Program:
         if name not in self._traced:
@@ -505,7 +519,7 @@ class StepCost:
 
     @cached_property
     def _system(self) -> list[Program]:
-        return [one.program for one in implicit_system(self.machine, self.motors, self._folded)]
+        return [system.program for system in implicit_system(self.machine, self.motors, self._folded)]
 
 
 def _stages(method: Method) -> int:
@@ -515,7 +529,7 @@ def _stages(method: Method) -> int:
 
 
 def _sums(method: Method) -> int:
-    """Return the coefficients of a step that are not zero."""
+    """Return the number of nonzero coefficients of a step."""
     if isinstance(method, Midpoint):
         return 2 * method.iterations
     rows = [*(method.A if isinstance(method, Tableau) else method.a)]

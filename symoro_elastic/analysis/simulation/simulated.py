@@ -1,4 +1,4 @@
-"""A simulated motion, and what is known of its error."""
+"""A simulated motion with its errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXACT = "exact"
 
 @dataclass(frozen=True, repr=False)
 class Simulation(Result):
-    """A simulated motion: states with accelerations and torques, outputs (N, names), and what is known of its error.
+    """A simulated motion: states with accelerations and torques, outputs (N, names), and their errors.
 
     `deviation` (N, names) are the outputs less those where motors follow exactly and springs stay; NaN for torques.
     `errors` are measured by halving the step, or by a smaller tolerance of an integrator with steps of its own;
@@ -52,29 +52,29 @@ class Simulation(Result):
 
     @property
     def is_exact(self) -> bool:
-        """Whether all motors follow exactly, so that nothing is integrated."""
+        """Whether all motors are exactly prescribed, without integration."""
         return self.trajectory.method == EXACT
 
     @property
     def beyond(self) -> tuple[Beyond, ...]:
-        """The limits of joints that the motion leaves: of independent joints, of motors, and torques of motors."""
+        """Exceeded limits: of independent joints, of motors, and of motor torques."""
         machine, motion = self.reference.machine, self.motion
         y, yd = (dict(zip(self.reference.motors, x.T, strict=True)) for x in self.reference.of_motors(motion))
-        found = dict(of_joints(machine.independent_joints, motion.q, motion.qd, motion.qdd))
+        by_quantity = dict(of_joints(machine.independent_joints, motion.q, motion.qd, motion.qdd))
         torques = dict(zip(self.reference.motors, motion.tau.T, strict=True))
-        found |= {"position": found["position"] | y, "velocity": found["velocity"] | yd, TORQUE: torques}
-        return beyond_limits(machine, motion.t, found)
+        of_all = {"position": by_quantity["position"] | y, "velocity": by_quantity["velocity"] | yd, TORQUE: torques}
+        return beyond_limits(machine, motion.t, by_quantity | of_all)
 
     @property
     def powers(self) -> Array:
         """Power (N, m) of the motors, W."""
         _, rates = self.reference.of_motors(self.motion)
-        found: Array = self.motion.tau * rates
-        return found
+        powers: Array = self.motion.tau * rates
+        return powers
 
     @property
     def steps_of_period(self) -> int:
-        """Steps in a period of the controller; 0 where there is none."""
+        """Steps in a period of the controller; 0 without one."""
         return round(self.period / self.trajectory.step) if self.period else 0
 
     @property
@@ -94,4 +94,4 @@ class Simulations(Result, list[Simulation]):
     def headline(self) -> str:
         """Machine and motions."""
         name = self[0].reference.machine.name if self else "no machine"
-        return f"Simulations of {name}: {', '.join(one.reference.prescribed.place for one in self) or 'none'}"
+        return f"Simulations of {name}: {', '.join(x.reference.prescribed.place for x in self) or 'none'}"

@@ -27,32 +27,32 @@ def signal_of(machine: Machine, name: str) -> str:
 
 
 def tolerances(wanted: Wanted, machine: Machine) -> dict[str, float]:
-    """Return the allowed errors by signal, in its unit: one number is for all outputs, which are positions then.
+    """Return the allowed errors by signal, in its unit: a single number is for all outputs, which must be positions.
 
     Raises `InputError` for unknown signals, and for one number where it cannot be that of all outputs.
     """
-    asked = output_signals(wanted, machine)
+    signals = output_signals(wanted, machine)
     if wanted.tolerance is None:
         return {}
     if isinstance(wanted.tolerance, dict):
-        named = [_named(name, wanted, machine, "tolerance") for name in wanted.tolerance]
+        named = [_signal_name(name, wanted, machine, "tolerance") for name in wanted.tolerance]
         return dict(zip(named, wanted.tolerance.values(), strict=True))
-    if not asked:
+    if not signals:
         raise wanted.error("tolerance", "one number applies to all outputs: add outputs, or give it by signal")
-    for signal in asked:
+    for signal in signals:
         unit = unit_of(machine, signal)
         if unit not in POSITIONS:
             what = f"one number is in m or rad, {signal} in {unit}"
             raise wanted.error("tolerance", f'{what}: give it by signal, {{ "{signal}" = X }}')
-    return dict.fromkeys(asked, wanted.tolerance)
+    return dict.fromkeys(signals, wanted.tolerance)
 
 
 def output_signals(wanted: Wanted, machine: Machine) -> tuple[str, ...]:
-    """Return the full names of the outputs, those with a tolerance where none are listed; raises `InputError`."""
-    listed = tuple(_named(name, wanted, machine, "outputs") for name in wanted.outputs)
+    """Return the full names of the outputs, by default those with a tolerance; raises `InputError`."""
+    listed = tuple(_signal_name(name, wanted, machine, "outputs") for name in wanted.outputs)
     if listed or not isinstance(wanted.tolerance, dict):
         return listed
-    return tuple(_named(name, wanted, machine, "tolerance") for name in wanted.tolerance)
+    return tuple(_signal_name(name, wanted, machine, "tolerance") for name in wanted.tolerance)
 
 
 def refuse_rounding(tolerance: Mapping[str, float], reference: Reference) -> None:
@@ -64,7 +64,7 @@ def refuse_rounding(tolerance: Mapping[str, float], reference: Reference) -> Non
             raise InputError(source, f"wanted, tolerance, {signal}", what)
 
 
-def _named(name: str, wanted: Wanted, machine: Machine, key: str) -> str:
+def _signal_name(name: str, wanted: Wanted, machine: Machine, key: str) -> str:
     """Return the full name of a signal; raises `InputError` with the file and the key."""
     try:
         return signal_of(machine, name)

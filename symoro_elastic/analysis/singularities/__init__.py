@@ -1,1 +1,1 @@
-"""Where a frame loses a direction: the factors of the determinant of its Jacobian, and what happens at their zeros."""
+"""Singularities of a frame: the factors of the determinant of its Jacobian, and the lost motion at their zeros."""

@@ -26,5 +26,5 @@ declare(
 
 
 @parts_of.register
-def _(found: Singularities) -> list[Part]:
-    return [found.headline, f"det J = {found.determinant}", *(position.sentence for position in found.positions)]
+def _(result: Singularities) -> list[Part]:
+    return [result.headline, f"det J = {result.determinant}", *(position.sentence for position in result.positions)]

@@ -35,15 +35,15 @@ def digest(*parts: object) -> str:
     its module that they name; of other modules on the file and the version. Raises `InputError` for what has no form
     that can be compared, such as an open file.
     """
-    found = hashlib.sha256()
-    with _known("the function or its arguments"):
+    sha = hashlib.sha256()
+    with _refuse_unknown_form("the function or its arguments"):
         for word in _Words().of(parts):
-            found.update(word + b"\0")
-    return found.hexdigest()
+            sha.update(word + b"\0")
+    return sha.hexdigest()
 
 
 class _Words:
-    """Data of any kind in pieces, the same for the same data; a `repr` may leave some out."""
+    """Data of any kind as bytes, equal for equal data; a `repr` may omit parts."""
 
     def __init__(self) -> None:
         self.module = ""
@@ -53,7 +53,7 @@ class _Words:
         self.digests: dict[int, tuple[Any, bytes]] = {}
 
     def of(self, value: Any) -> Iterator[bytes]:
-        """Yield the pieces of a value; raises `TypeError` for one that has none."""
+        """Yield the bytes of a value; raises `TypeError` for a value without a digest."""
         if isinstance(value, PLAIN):
             yield repr(value).encode()
         elif isinstance(value, bytes):
@@ -72,16 +72,16 @@ class _Words:
     def _data(self, value: Any) -> Iterator[bytes]:
         if is_dataclass(value):
             yield from self._class(type(value))
-            pairs = ((one.name, getattr(value, one.name)) for one in fields(value))
+            pairs = ((item.name, getattr(value, item.name)) for item in fields(value))
             yield from self.of([pair for pair in pairs if pair[0] != SOURCE])
         elif isinstance(value, Mapping):
             yield from self.of(list(value.items()))
         elif isinstance(value, list | tuple):
             yield str(len(value)).encode()
-            for each in value:
-                yield from self.of(each)
+            for entry in value:
+                yield from self.of(entry)
         elif isinstance(value, set | frozenset):
-            yield from sorted(b" ".join(self.of(each)) for each in value)
+            yield from sorted(b" ".join(self.of(entry)) for entry in value)
         elif isinstance(value, np.ndarray):
             yield f"{value.shape} {value.dtype}".encode()
             yield from self.of(value.tolist()) if value.dtype.hasobject else (value.tobytes(),)
@@ -89,12 +89,12 @@ class _Words:
             yield from self.of(type(value))
             registered = copyreg.dispatch_table.get(type(value))
             reduced = registered(value) if registered else value.__reduce_ex__(4)
-            made, *parts = (type(value), reduced) if isinstance(reduced, str) else reduced
-            yield f"{made.__module__}.{made.__qualname__}".encode()
+            maker, *parts = (type(value), reduced) if isinstance(reduced, str) else reduced
+            yield f"{maker.__module__}.{maker.__qualname__}".encode()
             yield from self.of([list(part) if isinstance(part, Iterator) else part for part in parts])
 
     def _code(self, value: Any) -> Iterator[bytes]:
-        """Yield the pieces of a function, a class, or a module; what was met before is named alone."""
+        """Yield the bytes of a function, a class, or a module; repeated ones by name alone."""
         yield f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', type(value).__name__)}".encode()
         if id(value) in self.known:
             return
@@ -119,14 +119,14 @@ class _Words:
         yield from self.of((function.__defaults__, function.__kwdefaults__))
         cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
         for name, cell in cells:
-            with _known(f"{name}, which {function.__name__} uses,"):
+            with _refuse_unknown_form(f"{name}, which {function.__name__} uses,"):
                 yield from self.of(_content(cell))
         if function.__module__ != self.module:
             yield from self._module(function.__module__)
             return
         yield from self._instructions(function.__code__)
-        for name, value in _named(function):
-            with _known(f"{name}, which {function.__name__} uses,"):
+        for name, value in _global_values(function):
+            with _refuse_unknown_form(f"{name}, which {function.__name__} uses,"):
                 yield from (name.encode(), *self.of(value))
 
     def _instructions(self, code: CodeType) -> Iterator[bytes]:
@@ -135,21 +135,21 @@ class _Words:
         for constant in code.co_consts:
             yield from self._instructions(constant) if isinstance(constant, CodeType) else self.of(constant)
 
-    def _class(self, given: type) -> Iterator[bytes]:
-        """Yield the pieces of a class: its methods and plain values where it is of the module of the function."""
-        yield given.__qualname__.encode()
-        if given.__module__.partition(".")[0] == OWN:
+    def _class(self, kind: type) -> Iterator[bytes]:
+        """Yield the bytes of a class: its methods and plain values if it is in the module of the function."""
+        yield kind.__qualname__.encode()
+        if kind.__module__.partition(".")[0] == OWN:
             return
-        if not self.module and "__call__" in dir(given):
-            self.module = given.__module__
-        if given.__module__ != self.module:
-            yield from self._module(given.__module__)
+        if not self.module and "__call__" in dir(kind):
+            self.module = kind.__module__
+        if kind.__module__ != self.module:
+            yield from self._module(kind.__module__)
             return
-        for name, member in vars(given).items():
+        for name, member in vars(kind).items():
             function = getattr(member, "__func__", None) or getattr(member, "fget", None) or member
             if isinstance(function, FunctionType) or (isinstance(function, PLAIN) and not name.startswith("__")):
                 yield from self.of((name, function))
-        yield from self.of(given.__bases__)
+        yield from self.of(kind.__bases__)
 
     def _module(self, name: str) -> Iterator[bytes]:
         """Yield the name of a module, and once its version and its text."""
@@ -157,16 +157,16 @@ class _Words:
         if name in self.modules:
             return
         self.modules.add(name)
-        found = sys.modules.get(name)
-        file = getattr(found, "__file__", None) or ""
-        yield str(getattr(found, "__version__", "")).encode()
+        module = sys.modules.get(name)
+        file = getattr(module, "__file__", None) or ""
+        yield str(getattr(module, "__version__", "")).encode()
         if file.endswith(".py") and is_plain_file(file):
             yield read_file(file)
 
 
 def _is_code(value: Any) -> bool:
-    known = (ModuleType, type, functools.partial)
-    return isinstance(value, known) or inspect.isroutine(value) or (callable(value) and hasattr(value, "__wrapped__"))
+    is_wrapper = callable(value) and hasattr(value, "__wrapped__")
+    return isinstance(value, ModuleType | type | functools.partial) or inspect.isroutine(value) or is_wrapper
 
 
 def _content(cell: Any) -> Any:
@@ -176,23 +176,23 @@ def _content(cell: Any) -> Any:
         return None
 
 
-def _named(function: FunctionType) -> list[tuple[str, Any]]:
+def _global_values(function: FunctionType) -> list[tuple[str, Any]]:
     """Return the global values that the code of a function names, and `module.value` of modules, by name."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for code in _codes(function.__code__):
         steps = list(dis.get_instructions(code))
         for step, then in zip(steps, [*steps[1:], None], strict=True):
             name = str(step.argval)
             if step.opname not in ("LOAD_GLOBAL", "LOAD_NAME") or name not in function.__globals__:
                 continue
-            found[name] = value = function.__globals__[name]
+            values[name] = value = function.__globals__[name]
             if isinstance(value, ModuleType) and then is not None and then.opname in ("LOAD_ATTR", "LOAD_METHOD"):
-                found[f"{name}.{then.argval}"] = getattr(value, str(then.argval), None)
-    return sorted(found.items(), key=lambda pair: pair[0])
+                values[f"{name}.{then.argval}"] = getattr(value, str(then.argval), None)
+    return sorted(values.items(), key=lambda pair: pair[0])
 
 
 def _codes(code: CodeType) -> Iterable[CodeType]:
-    """Yield a code and those of the functions inside of it."""
+    """Yield a code object and those of its inner functions."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -200,12 +200,12 @@ def _codes(code: CodeType) -> Iterable[CodeType]:
 
 
 @contextmanager
-def _known(what: str) -> Iterator[None]:
-    """Turn errors of values that have no form into `InputError`."""
+def _refuse_unknown_form(what: str) -> Iterator[None]:
+    """Turn errors of values without a digest into `InputError`."""
     try:
         yield
     except (TypeError, ValueError, AttributeError, RecursionError):
         cannot = (
-            f"cannot tell whether {what} has changed since: create it inside the function, or leave out the journal"
+            f"cannot detect whether {what} has changed since: create it inside the function, or leave out the journal"
         )
         raise InputError("symoro-elastic", "journal", cannot) from None

@@ -1,4 +1,4 @@
-"""What a quantity is swept over, as text: steps LOW:HIGH:COUNT, values X1,X2,..., or a distribution to draw from.
+"""Axes of a sweep as text: steps LOW:HIGH:COUNT, values X1,X2,..., or a random distribution.
 
 Or the range that the machine gives: tolerance of a parameter, limits of a position.
 """
@@ -55,7 +55,7 @@ class Values:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of values."""
         return len(self.given)
 
     def values(self) -> list[float]:
@@ -65,14 +65,14 @@ class Values:
 
 @dataclass(frozen=True)
 class Uniform:
-    """A quantity of which all values, or all logarithms, from low to high are equally likely."""
+    """A quantity with a uniform distribution of its values, or of their logarithms, from low to high."""
 
     low: float
     high: float
     log: bool = False
 
     def quantiles(self, shares: Array) -> Array:
-        """Return the values below which these shares of all lie."""
+        """Return the quantiles at probabilities (N,)."""
         if self.log:
             return np.asarray(self.low * (self.high / self.low) ** shares)
         return np.asarray(self.low + shares * (self.high - self.low))
@@ -80,14 +80,14 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """A quantity of a normal distribution, or whose logarithm has one: then `middle` is its median."""
+    """A quantity with a normal or log-normal distribution, the latter of median `middle`."""
 
     middle: float
     deviation: float
     log: bool = False
 
     def quantiles(self, shares: Array) -> Array:
-        """Return the values below which these shares of all lie."""
+        """Return the quantiles at probabilities (N,)."""
         z = import_optional("scipy.special", "a sample", "sweep").ndtri(shares)
         if self.log:
             return np.asarray(self.middle * np.exp(self.deviation * z))
@@ -96,14 +96,14 @@ class Normal:
 
 @dataclass(frozen=True)
 class OfMachine:
-    """A quantity in the range that the machine gives, the `word` says which: in `count` steps, or to draw from."""
+    """A quantity in the machine's range named by `word`: in `count` steps, or randomly."""
 
     word: str
     count: int | None = None
 
-    def between(self, given: Range) -> Steps | Uniform:
+    def between(self, bounds: Range) -> Steps | Uniform:
         """Return the axis over a range."""
-        return Uniform(given.low, given.high) if self.count is None else Steps(given.low, given.high, self.count)
+        return Uniform(bounds.low, bounds.high) if self.count is None else Steps(bounds.low, bounds.high, self.count)
 
 
 Listed: TypeAlias = Steps | Values
@@ -112,37 +112,37 @@ Axis: TypeAlias = Listed | Spread | OfMachine
 AxisLike: TypeAlias = str | float | Sequence[float]
 
 
-def axis(name: str, given: AxisLike) -> Axis:
-    """Return what a quantity is swept over; raises `InputError` for what is not an axis."""
+def axis(name: str, written: AxisLike) -> Axis:
+    """Return the axis of a quantity; raises `InputError` for an invalid one."""
     try:
-        found = _of_text(given) if isinstance(given, str) else Values(_numbers(given))
-        _refuse(found)
+        parsed = _of_text(written) if isinstance(written, str) else Values(_numbers(written))
+        _refuse(parsed)
     except (ValueError, OverflowError) as error:
-        what = f"{name}={given}" if isinstance(given, str) else f"{name}: {shown(given)}"
+        what = f"{name}={written}" if isinstance(written, str) else f"{name}: {python_text(written)}"
         raise InputError("symoro-elastic", OPTION, f"{quote(what)}: {error}") from None
-    return found
+    return parsed
 
 
-def shown(given: object) -> str:
+def python_text(value: object) -> str:
     """Return how Python writes a value, on one line of at most 60 characters."""
-    text = " ".join(repr(given).split())
+    text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
+def _numbers(written: float | Sequence[float]) -> tuple[float, ...]:
     """Return numbers of Python or numpy; raises `ValueError`."""
-    each = np.ravel(given).tolist() if isinstance(given, np.ndarray) else given
-    listed = [each] if isinstance(each, Real) else each
+    values = np.ravel(written).tolist() if isinstance(written, np.ndarray) else written
+    listed = [values] if isinstance(values, Real) else values
     if isinstance(listed, Mapping) or not isinstance(listed, Sequence):
         raise ValueError(f"is not a list of numbers; {FORMS}")
     for x in listed:
         if isinstance(x, bool) or not isinstance(x, Real):
-            raise ValueError(f"{shown(x)} is not a number")
+            raise ValueError(f"{python_text(x)} is not a number")
     return tuple(float(x) for x in listed)
 
 
 def _of_text(text: str) -> Axis:
-    """Return the axis that a text writes; raises `ValueError`."""
+    """Return the axis in a text; raises `ValueError`."""
     *words, last = (word.strip() for word in text.split(","))
     log = last == LOG
     words = words if log else [*words, last]
@@ -181,20 +181,20 @@ def _count(text: str) -> int:
     return int(count)
 
 
-def _refuse(found: Axis) -> None:
-    """Raise `ValueError` for invalid values: not numbers, out of range, not in order or given twice."""
-    match found:
+def _refuse(over: Axis) -> None:
+    """Raise `ValueError` for invalid values: not numbers, out of range, not in order or repeated."""
+    match over:
         case OfMachine():
             return
         case Values(given):
             if not given:
-                raise ValueError("there is no value: an empty grid has no points")
+                raise ValueError("the list is empty: a grid needs at least one value")
             if len(set(given)) < len(given):
                 raise ValueError("a value is given twice")
             ends: tuple[float, ...] = given
         case Steps(low, high, count) | Uniform(low, high, count):
             ends = (low, high)
-            if not (low < high or (low == high and isinstance(found, Steps) and count == 1)):
+            if not (low < high or (low == high and isinstance(over, Steps) and count == 1)):
                 raise ValueError(f"{low:g}:{high:g} is not a range: give LOW:HIGH, LOW first")
         case Normal(middle, deviation):
             ends = (middle, deviation)
@@ -204,5 +204,5 @@ def _refuse(found: Axis) -> None:
         if not math.isfinite(x):
             raise ValueError(f"{x:g} is not a number to compute with")
         refuse_range(x)
-    if not isinstance(found, Values) and found.log and ends[0] <= 0:
+    if not isinstance(over, Values) and over.log and ends[0] <= 0:
         raise ValueError(f"{ends[0]:g} has no logarithm: give positive numbers")

@@ -1,4 +1,4 @@
-"""The results at one point of a sweep; where they cannot be computed, the reason."""
+"""The results at one point of a sweep, or the reason of a failure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LONGEST_REASON = 300
 
 @dataclass(frozen=True)
 class Outcome:
-    """Figures of a point by name; without any, the reason."""
+    """Results of a point by name; without any, the reason."""
 
     figures: dict[str, float] = field(default_factory=dict)
     reason: str = ""
@@ -25,17 +25,17 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Task:
-    """What is computed at each point: results, as functions of the quantities that are swept."""
+    """The computation at each point: results as functions of the swept quantities."""
 
     function: Figures
     quantities: tuple[Quantity, ...]
 
     def outcome(self, row: Sequence[float]) -> Outcome:
-        """Return the results at a point; an error of any kind becomes its reason, and the sweep continues."""
+        """Return the results at a point; any error becomes its reason, and the sweep continues."""
         if reason := impossible(self.quantities, row):
             return Outcome({}, reason)
         try:
-            return Outcome(_checked(self.function(*split(self.quantities, row))))
+            return Outcome(_check(self.function(*split(self.quantities, row))))
         except InputError as error:
             return Outcome({}, _line(f"{error.place}: {error.what}"))
         except Exception as error:  # also those of a function of the user
@@ -46,19 +46,19 @@ class Task:
         return [(k, self.outcome(row)) for k, row in numbered]
 
 
-def _checked(figures: object) -> dict[str, float]:
+def _check(figures: object) -> dict[str, float]:
     if not isinstance(figures, Mapping):
         raise TypeError(f"the function returns {type(figures).__name__}: return a dict of numbers by name")
-    found = {}
+    checked = {}
     for name, x in figures.items():
         if not isinstance(name, str) or isinstance(x, bool) or not isinstance(x, Real):
             raise TypeError(
                 f"{name!r}: {_line(repr(x))} is not a number by name: return a dict such as {{'mass': 1.0}}"
             )
-        found[name] = float(x) + 0.0
-    if not found:
+        checked[name] = float(x) + 0.0
+    if not checked:
         raise ValueError("no result has a value here")
-    return found
+    return checked
 
 
 def _line(text: str) -> str:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.sweeps.shares import CONFIDENCE, Share
-from symoro_elastic.analysis.sweeps.sweep import REASON, Sweep
+from symoro_elastic.analysis.sweeps.sweep import CONFIDENCE, REASON, Share, Sweep
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.results import (
     Field,
@@ -31,56 +30,56 @@ declare(Share, *(Field(name) for name in ("name", "low", "high", "within", "poin
 
 
 @parts_of.register
-def _(found: Sweep) -> list[Part]:
-    influence = [_influence_table(found)] if len(found.points) > 1 else []
-    shares = [shares_table(found)] if found.shares else []
-    return [_figures_table(found), *shares, *influence, *_lines(found)]
+def _(sweep: Sweep) -> list[Part]:
+    influence = [_influence_table(sweep)] if len(sweep.points) > 1 else []
+    shares = [shares_table(sweep)] if sweep.shares else []
+    return [_figures_table(sweep), *shares, *influence, *_lines(sweep)]
 
 
 @arrays_of.register
-def _(found: Sweep) -> dict[str, AnyArray]:
+def _(sweep: Sweep) -> dict[str, AnyArray]:
     """Return quantities and results by name, (N,) each."""
-    return {**dict(zip(found.quantities, found.points.T, strict=True)), **found.figures}
+    return {**dict(zip(sweep.quantities, sweep.points.T, strict=True)), **sweep.figures}
 
 
 @columns_of.register
-def _(found: Sweep) -> dict[str, Any]:
+def _(sweep: Sweep) -> dict[str, Any]:
     """Return a row for each point: quantities, and results or the reason why there are none."""
-    return {**found.arrays(), REASON: list(found.reasons)}
+    return {**sweep.arrays(), REASON: list(sweep.reasons)}
 
 
-def _figures_table(found: Sweep) -> Table:
-    """Return the least, median and largest value of each figure, and the points of the extremes."""
-    table = Table(("figure", "least", "median", "largest", "least at", "largest at"), title=found.headline)
-    for name, x in list(found.figures.items())[:MOST_ROWS]:
+def _figures_table(sweep: Sweep) -> Table:
+    """Return the least, median and largest value of the results, and the points of the extremes."""
+    table = Table(("figure", "least", "median", "largest", "least at", "largest at"), title=sweep.headline)
+    for name, x in list(sweep.figures.items())[:MOST_ROWS]:
         there = np.flatnonzero(~np.isnan(x))
         if len(there):
             low, high = (int(there[k]) for k in (np.argmin(x[there]), np.argmax(x[there])))
             numbers = (f"{value:.4g}" for value in (x[low], np.median(x[there]), x[high]))
-            table.add_row(_titled(found, name), *numbers, _place(found, low), _place(found, high))
+            table.add_row(_title(sweep, name), *numbers, _place(sweep, low), _place(sweep, high))
         else:
-            table.add_row(_titled(found, name), "-", "-", "-", "", "")
+            table.add_row(_title(sweep, name), "-", "-", "-", "", "")
     return table
 
 
-def shares_table(found: Sweep) -> Table:
-    """Return a row for each result with a range: the share of points within it, and of all draws."""
+def shares_table(sweep: Sweep) -> Table:
+    """Return a row for each result with a range: the fraction of points within it, and its interval."""
     heads = ("figure", "from", "to", "points within", "share", f"share of all draws, {CONFIDENCE:.0%}")
     table = Table(heads, title="required")
-    for one in found.shares:
-        ends = ("" if np.isinf(x) else f"{x:.4g}" for x in (one.low, one.high))
-        interval = f"{one.interval[0]:.1%} to {one.interval[1]:.1%}" if one.interval else "-"
-        table.add_row(one.name, *ends, f"{one.within} of {one.points}", f"{one.share:.1%}", interval)
+    for share in sweep.shares:
+        ends = ("" if np.isinf(x) else f"{x:.4g}" for x in (share.low, share.high))
+        interval = f"{share.interval[0]:.1%} to {share.interval[1]:.1%}" if share.interval else "-"
+        table.add_row(share.name, *ends, f"{share.within} of {share.points}", f"{share.share:.1%}", interval)
     return table
 
 
-def _influence_table(found: Sweep) -> Table:
-    """Return a row for each figure with the influence of the strongest quantities."""
-    by = found.influence
-    shown = by.strongest()[:MOST_COLUMNS]
-    table = Table(("figure", *(by.quantities[k] for k in shown)), title=by.title)
+def _influence_table(sweep: Sweep) -> Table:
+    """Return a row for each result with the influence of the strongest quantities."""
+    by = sweep.influence
+    listed = by.strongest()[:MOST_COLUMNS]
+    table = Table(("figure", *(by.quantities[k] for k in listed)), title=by.title)
     for row, name in list(enumerate(by.figures))[:MOST_ROWS]:
-        table.add_row(name, *(_influence(by.values, by.slopes, row, k) for k in shown))
+        table.add_row(name, *(_influence(by.values, by.slopes, row, k) for k in listed))
     return table
 
 
@@ -92,19 +91,19 @@ def _influence(values: Array, slopes: Array | None, row: int, k: int) -> str:
     return f"{values[row, k]:+.2f} / " + ("-" if np.isnan(slopes[row, k]) else f"{slopes[row, k]:+.3f}")
 
 
-def _lines(found: Sweep) -> list[str]:
-    """Return sentences about what is not shown and about points without result."""
+def _lines(sweep: Sweep) -> list[str]:
+    """Return sentences about omitted results and about points without result."""
     lines = []
-    if len(found.figures) > MOST_ROWS:
-        lines.append(f"{len(found.figures) - MOST_ROWS} more results are in the files (--out); choose them by --result")
-    if len(found.quantities) > MOST_COLUMNS:
+    if len(sweep.figures) > MOST_ROWS:
+        lines.append(f"{len(sweep.figures) - MOST_ROWS} more results are in the files (--out); choose them by --result")
+    if len(sweep.quantities) > MOST_COLUMNS:
         lines.append(f"the {MOST_COLUMNS} quantities of the largest influence are shown")
-    empty = [name for name, x in found.figures.items() if np.isnan(x).all()]
+    empty = [name for name, x in sweep.figures.items() if np.isnan(x).all()]
     if empty:
         lines.append(f"without a value at any point: {', '.join(empty[:MOST_ROWS])}")
-    reasons = Counter(filter(None, found.reasons))
+    reasons = Counter(filter(None, sweep.reasons))
     if reasons:
-        lines.append(f"{found.failures} of {len(found.points)} points have no result:")
+        lines.append(f"{sweep.failures} of {len(sweep.points)} points have no result:")
         lines += [f"  {count} times {reason}" for reason, count in reasons.most_common(MOST_REASONS)]
         if len(reasons) > MOST_REASONS:
             lines.append(f"  and {len(reasons) - MOST_REASONS} reasons more")
@@ -112,32 +111,32 @@ def _lines(found: Sweep) -> list[str]:
 
 
 @json_of.register
-def _(found: Sweep) -> dict[str, Any]:
-    """Return points, results and influences as plain data; null where there is no value."""
-    by, design = found.influence, found.design
-    drawn = {} if design.is_grid else {"seed": design.seed}
+def _(sweep: Sweep) -> dict[str, Any]:
+    """Return points, results and influences as plain data; null for a missing value."""
+    by, design = sweep.influence, sweep.design
+    seed = {} if design.is_grid else {"seed": design.seed}
     return {
-        "name": found.machine,
-        "of": found.of,
+        "name": sweep.machine,
+        "of": sweep.of,
         "sampling": design.sampling,
-        **drawn,
-        "quantities": {name: found.points[:, k].tolist() for k, name in enumerate(found.quantities)},
+        **seed,
+        "quantities": {name: sweep.points[:, k].tolist() for k, name in enumerate(sweep.quantities)},
         "lengths": list(design.lengths),
-        "figures": plain(found.figures),
-        "shares": [json_of(one) for one in found.shares],
-        "units": dict(found.units),
-        "failed": {str(k): reason for k, reason in enumerate(found.reasons) if reason},
+        "figures": plain(sweep.figures),
+        "shares": [json_of(share) for share in sweep.shares],
+        "units": dict(sweep.units),
+        "failed": {str(k): reason for k, reason in enumerate(sweep.reasons) if reason},
         "influence": {
             name: dict(zip(by.quantities, plain(by.values[k]), strict=True)) for k, name in enumerate(by.figures)
         },
     }
 
 
-def _titled(found: Sweep, name: str) -> str:
-    return f"{name}, {found.units[name]}" if name in found.units else name
+def _title(sweep: Sweep, name: str) -> str:
+    return f"{name}, {sweep.units[name]}" if name in sweep.units else name
 
 
-def _place(found: Sweep, point: int) -> str:
-    pairs = zip(found.quantities, found.points[point], strict=True)
-    shown = [f"{name} = {x:.4g}" for name, x in pairs]
-    return ", ".join(shown) if len(shown) <= MOST_COLUMNS // 2 else f"point {point + 1}"
+def _place(sweep: Sweep, point: int) -> str:
+    pairs = zip(sweep.quantities, sweep.points[point], strict=True)
+    texts = [f"{name} = {x:.4g}" for name, x in pairs]
+    return ", ".join(texts) if len(texts) <= MOST_COLUMNS // 2 else f"point {point + 1}"

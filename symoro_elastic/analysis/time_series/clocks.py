@@ -1,4 +1,4 @@
-"""Clocks of records as controllers log them: damaged and repeated rows, stamps that scatter, gaps.
+"""Clocks of logged records: damaged and repeated rows, jitter of time stamps, gaps.
 
 Nothing is invented. Rows are left out, a record is split where samples are missing, and times are changed only where
 positions show that samples are even although their stamps are not.
@@ -11,23 +11,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from symoro_elastic.analysis.time_series.column_faults import frozen, stays
 from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_unsorted
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 
 MOST_DAMAGED = 0.5  # of the samples
+FASTER = 0.01  # of the largest velocity: slope of positions beyond a velocity that stays
 GAP = 1.9  # usual steps: a sample is missing
 MOST_SCATTER = 1.5  # usual steps, and those that one stamp stands for, that stamps are off an even clock
 SMOOTHER = 0.5  # roughness of positions by an even clock over that by stamps
 
 
-def tidied(record: Measurements, machine: Machine) -> Measurements:
+def tidy(record: Measurements, machine: Machine) -> Measurements:
     """Return the record without damaged and repeated rows, at times of its samples, with a line for each change.
 
     Raises `InputError` for time that goes back or stands still, and columns that are hardly ever numbers.
     """
-    record = _without_repeated(_without_damaged(record, machine))
+    damaged = {name: ~np.isfinite(x) for name, x in _blocks(record, machine)}
+    record = _without_frozen(_without_repeated(_without(record, damaged, "NaN or infinity")), machine)
     if len(record.t) > 2 and (np.diff(record.t) >= 0).all():
         record = _at_even_times(record)
     refuse_unsorted(record)
@@ -35,26 +38,25 @@ def tidied(record: Measurements, machine: Machine) -> Measurements:
 
 
 def pieces(record: Measurements, longest: float) -> list[Measurements]:
-    """Return the parts of a record between steps of more than `longest` usual ones; the first has the warnings."""
+    """Return the parts of a record between steps of more than `longest` periods; the first has the warnings."""
     ends = np.flatnonzero(np.diff(record.t) > longest * record.period) + 1
     parts = zip([0, *ends.tolist()], [*ends.tolist(), len(record.t)], strict=True)
-    found = [taken(record, slice(*ends)) for ends in parts] if len(ends) else [record]
-    return [found[0], *(replace(one, warnings=()) for one in found[1:])]
+    records = [part_of(record, slice(*ends)) for ends in parts] if len(ends) else [record]
+    return [records[0], *(replace(piece, warnings=()) for piece in records[1:])]
 
 
 def missing_samples(record: Measurements) -> BoolArray:
     """Return the steps (N - 1) in which at least one sample is missing."""
-    missing: BoolArray = np.asarray(np.diff(record.t) > GAP * record.period)
-    return missing
+    return np.asarray(np.diff(record.t) > GAP * record.period)
 
 
-def taken(record: Measurements, some: slice | BoolArray) -> Measurements:
+def part_of(record: Measurements, some: slice | BoolArray) -> Measurements:
     """Return some samples of a record."""
-    return changed(record, record.t[some], lambda x: x[some])
+    return with_change(record, record.t[some], lambda x: x[some])
 
 
-def changed(record: Measurements, t: Array, change: Callable[[Array], Array]) -> Measurements:
-    """Return the record at other times, with a change of every block."""
+def with_change(record: Measurements, t: Array, change: Callable[[Array], Array]) -> Measurements:
+    """Return the record at other times, each block transformed by `change`."""
     qd, qdd = (None if x is None else change(x) for x in (record.qd, record.qdd))
     return replace(record, t=t, q=change(record.q), tau=change(record.tau), qd=qd, qdd=qdd)
 
@@ -63,29 +65,43 @@ def _blocks(record: Measurements, machine: Machine) -> Iterator[tuple[str, Array
     """Yield columns (N) by name."""
     yield "t", record.t
     joints, motors = machine.independent_joints, machine.motor_joints
-    each = (
+    columns = (
         ("q", record.q, joints),
         ("qd", record.qd, joints),
         ("qdd", record.qdd, joints),
         ("tau", record.tau, motors),
     )
-    for quantity, block, owners in each:
+    for quantity, block, owners in columns:
         for k, joint in enumerate(owners if block is not None else ()):
             yield f"{quantity}_{joint.name}", block[:, k]  # type: ignore[index]
 
 
-def _without_damaged(record: Measurements, machine: Machine) -> Measurements:
-    bad = {name: ~np.isfinite(x) for name, x in _blocks(record, machine)}
+def _without_frozen(record: Measurements, machine: Machine) -> Measurements:
+    """Return the record without samples of frozen positions or velocities during motion."""
+    names = [joint.name for joint in machine.independent_joints]
+    bad = {f"q_{name}": frozen(q) for name, q in zip(names, record.q.T, strict=True)}
+    record = _without(record, bad, "no change amid motion, as beyond the end of a sensor,")
+    for name, q, qd in zip(names, record.q.T, () if record.qd is None else record.qd.T, strict=False):
+        at = stays(qd)
+        faster = np.sign(qd[at]) * (np.gradient(q, record.t)[at] - qd[at])
+        if at.any() and faster.mean() > FASTER * np.abs(qd).max():
+            what = f"qd is not used: qd_{name} stays at its ends at {at.sum()} of {len(at)} samples, while q goes on"
+            return replace(record, qd=None, warnings=(*record.warnings, what))
+    return record
+
+
+def _without(record: Measurements, bad: dict[str, BoolArray], what: str) -> Measurements:
+    """Return the record without bad samples of any column, with a note; raises `InputError` if most are bad."""
     bad = {name: where for name, where in bad.items() if where.any()}
     if not bad:
         return record
     damaged: BoolArray = np.any(list(bad.values()), axis=0)
     named, count = ", ".join(bad), int(damaged.sum())
-    what = f"NaN or infinity at {count} of {len(damaged)} samples"
+    what = f"{what} at {count} of {len(damaged)} samples, first at sample {int(damaged.argmax()) + 1}"
     if count > MOST_DAMAGED * len(damaged):
         raise InputError(record.source, named, f"{what}: leave a column out that was not recorded, or cut the record")
-    kept = taken(record, ~damaged)
-    return replace(kept, warnings=(*record.warnings, f"{named}: {what}: these samples are left out"))
+    remaining = part_of(record, ~damaged)
+    return replace(remaining, warnings=(*record.warnings, f"{named}: {what}: these samples are left out"))
 
 
 def _without_repeated(record: Measurements) -> Measurements:
@@ -96,11 +112,11 @@ def _without_repeated(record: Measurements) -> Measurements:
     if not same.any():
         return record
     what = f"{int(same.sum())} of {len(record.t)} samples repeat the one before, with its time: left out"
-    return replace(taken(record, np.concatenate([[True], ~same])), warnings=(*record.warnings, what))
+    return replace(part_of(record, np.concatenate([[True], ~same])), warnings=(*record.warnings, what))
 
 
 def _at_even_times(record: Measurements) -> Measurements:
-    """Return the record at the times of an even clock, where positions are smoother by it than by scattered stamps."""
+    """Return the record at the times of an even clock, if positions are smoother by it than by its stamps."""
     if record.is_even:
         return record
     best, t = _roughness(record.t, record.q), record.t
@@ -118,7 +134,7 @@ def _at_even_times(record: Measurements) -> Measurements:
 
 
 def _counts(t: Array) -> Iterator[Array]:
-    """Yield numbers of the ticks of an even clock at which samples may have been taken: all, or some."""
+    """Yield possible tick numbers of an even clock at the samples: all, or some."""
     yield np.arange(len(t), dtype=float)
     usual = float(np.median(np.diff(t)))
     ticks = np.round((t - t[0]) / usual) if usual > 0 else np.zeros(len(t))
@@ -127,7 +143,7 @@ def _counts(t: Array) -> Iterator[Array]:
 
 
 def _roughness(t: Array, q: Array) -> float:
-    """Return the mean square distance of positions from straight lines between their neighbours, joints alike.
+    """Return the mean square deviation of positions from linear interpolation, scaled per joint.
 
     Infinite where samples have the same time.
     """

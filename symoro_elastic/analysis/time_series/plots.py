@@ -28,7 +28,7 @@ def over_time(t: Array, rows: Sequence[tuple[str, str, list[str], Array]], *axes
 def torque_speed(
     title: str, names: Sequence[str], speeds: Array, torques: Array, per: Sequence[str], of: Sequence[str]
 ) -> Plot:
-    """Return torques (N, motors) of motors over their speeds, one diagram for each unit; a point is the start."""
+    """Return torques (N, motors) of motors over their speeds, one diagram for each unit; a dot marks the start."""
     units = by_unit([f"{speed}|{force}" for speed, force in zip(per, of, strict=True)])
     draw = partial(_torque_speed, names, speeds, torques, units)
     return Plot(title, draw, len(units), size=(7.5, 0.6 + 3.6 * len(units)), share_x=False)
@@ -43,7 +43,7 @@ def _torque_speed(names: Sequence[str], speeds: Array, torques: Array, units: di
         for j, k in enumerate(sorted(largest)):
             axis.plot(speeds[:, k], torques[:, k], label=names[k], **curve(j))
             axis.plot(speeds[:1, k], torques[:1, k], marker(j), color=curve(j)["color"], markersize=5)
-        left = len(columns) - len(largest)
-        legend(axis, f"without {left} of less power" if left else "")
+        omitted = len(columns) - len(largest)
+        legend(axis, f"without {omitted} of less power" if omitted else "")
         axis.set_xlabel(f"speed, {per}")
         y_label(axis, "force" if of == "N" else "torque", of)

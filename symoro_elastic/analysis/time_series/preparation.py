@@ -1,4 +1,4 @@
-"""Real logs made ready: cut to a span of time, sampled evenly, currents of motors turned into torques."""
+"""Preparation of logs: cut to a time span, resampled evenly, motor currents converted to torques."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.time_series.clocks import changed, taken, tidied
+from symoro_elastic.analysis.time_series.clocks import part_of, tidy, with_change
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
-from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
+from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, InputError, refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 
@@ -24,7 +23,7 @@ FASTER = 1.01  # than measured
 
 @dataclass(frozen=True)
 class Preparation:
-    """First and last time (s) that are used, new sampling frequency (Hz), torque over column by motor."""
+    """First and last time (s) in use, new sampling frequency (Hz), torque per column unit by motor."""
 
     first: float | None = None
     last: float | None = None
@@ -32,7 +31,7 @@ class Preparation:
     gains: Mapping[str, float] = field(default_factory=dict)
 
     def refuse(self, machine: Machine) -> None:
-        """Raise `InputError` for options that no record can follow."""
+        """Raise `InputError` for options that are invalid for any record."""
         for name, gain in self.gains.items():
             motors = [joint.name for joint in machine.motor_joints]
             if name not in motors:
@@ -51,10 +50,10 @@ class Preparation:
             raise InputError("symoro-elastic", "--before", what)
 
     def __call__(self, record: Measurements, machine: Machine) -> Measurements:
-        """Return the record made ready. Raises `InputError`."""
+        """Return the prepared record. Raises `InputError`."""
         gains = [self.gains.get(joint.name, 1.0) for joint in machine.motor_joints]
         cut = self._cut(replace(record, tau=record.tau * np.array(gains)))
-        return self._sampled(tidied(cut, machine), machine)
+        return self._sample_evenly(tidy(cut, machine), machine)
 
     def _cut(self, record: Measurements) -> Measurements:
         t = record.t
@@ -65,9 +64,9 @@ class Preparation:
         if not inside.any():
             what = f"the record has {t.min():g} to {t.max():g} s: --after and --before leave nothing of it"
             raise InputError(record.source, "t", what)
-        return taken(record, inside)
+        return part_of(record, inside)
 
-    def _sampled(self, record: Measurements, machine: Machine) -> Measurements:
+    def _sample_evenly(self, record: Measurements, machine: Machine) -> Measurements:
         if self.rate is None or len(record.t) < 2:
             return record
         steps = np.diff(record.t)
@@ -84,11 +83,11 @@ class Preparation:
         count = int(max(duration - wide, 0.0) * self.rate * (1 + 1e-12) + 1e-9) + 1
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
         t = t[~_in_gaps(record.t, t, LONGEST_GAP * usual, wide)]
-        done = changed(record, t, lambda x: _resampled(record.t, x, t, wide))
+        done = with_change(record, t, lambda x: _resample(record.t, x, t, wide))
         return replace(done, warnings=(*record.warnings, *self._faster(usual), *_coarse(record, machine)))
 
     def _faster(self, usual: float) -> list[str]:
-        """Return a warning where samples are made between those that were measured every `usual` s."""
+        """Return a warning if new samples are denser than the measured ones, every `usual` s."""
         if self.rate is None or usual * self.rate <= FASTER:
             return []
         what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
@@ -96,7 +95,7 @@ class Preparation:
 
 
 def _coarse(record: Measurements, machine: Machine) -> list[str]:
-    """Return a warning where positions were whole steps of an encoder, few in a sample."""
+    """Return a warning for positions in integer encoder steps, few per sample."""
     steps = [resolution_of(q) for q in record.q.T]
     crossed = np.sqrt(np.mean(np.diff(record.q, axis=0) ** 2, axis=0))
     joints = machine.independent_joints
@@ -110,15 +109,15 @@ def _coarse(record: Measurements, machine: Machine) -> list[str]:
 
 
 def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:
-    """Return which new times, or means over `wide` s about them, are in steps too long to be interpolated."""
+    """Return which new times, or means over `wide` s about them, lie in steps too long for interpolation."""
     inside, margin = np.zeros(len(new), dtype=bool), 1e-6 * longest
     for k in np.flatnonzero(np.diff(old) > longest):
         inside |= (new + wide / 2 > old[k] + margin) & (new - wide / 2 < old[k + 1] - margin)
     return inside
 
 
-def _resampled(old: Array, x: Array, new: Array, wide: float) -> Array:
-    """Return x (N, k) at other times by straight lines, or its means over `wide` s about them."""
+def _resample(old: Array, x: Array, new: Array, wide: float) -> Array:
+    """Return x (N, k) at other times by linear interpolation, or its means over `wide` s about them."""
     if not wide:
         columns = [np.interp(new, old, column) for column in x.T]
         return np.array(columns).T.reshape(len(new), x.shape[1])
@@ -131,9 +130,8 @@ def _resampled(old: Array, x: Array, new: Array, wide: float) -> Array:
 
 
 def _area(t: Array, x: Array, area: Array, at: Array) -> Array:
-    """Return the integral of straight lines through samples, from the first to each of the times."""
+    """Return the integral of the linear interpolant, from the first sample to each time."""
     k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, len(t) - 2)
     part = at - t[k]
     slope = (x[k + 1] - x[k]) / (t[k + 1] - t[k])
-    found: Array = area[k] + part * x[k] + part**2 / 2 * slope
-    return found
+    return np.asarray(area[k] + part * x[k] + part**2 / 2 * slope)

@@ -1,10 +1,11 @@
-"""Columns of numbers from .csv and .npz files, within bounds that are checked before any work.
+"""Columns of numbers from .csv and .npz files, within size limits that are checked first.
 
 Nothing is unpickled, no array is made before its size is known, and no more is read than was announced.
 """
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import math
@@ -14,7 +15,7 @@ import warnings
 import zipfile
 import zlib
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
@@ -23,14 +24,29 @@ from typing import IO, Any, BinaryIO
 import numpy as np
 
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
-from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
+from symoro_elastic.formats.separated import (
+    COMMA,
+    NUMBER,
+    SPACES,
+    Decimals,
+    cells_of,
+    is_comment,
+    separator_of,
+    separator_of_numbers,
+    without_mark,
+)
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, InputError
 from symoro_elastic.foundation.input_files import open_file, size_of
-from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
+from symoro_elastic.quantities.unit_reader import is_unit
 
-Columns = dict[str, Array]
-"""Arrays of a file by name."""
+
+class Columns(dict[str, Array]):
+    """Arrays of a file by name; `notes` are lines about omitted data."""
+
+    notes: tuple[str, ...] = ()
+
+
 Rows = Iterator[tuple[int, list[str]]]
 """Cells of lines with their numbers."""
 
@@ -39,9 +55,18 @@ MOST_COLUMNS = 1000
 MOST_IN_LINE = 100_000  # characters
 SEPARATORS = {"|": "bars"}
 NO_UNIT = ("", "-", "1")
-UNIT = re.compile(r"(?!(nan|inf(inity)?)$)[^\W\d_]|[°%]", re.IGNORECASE)
+UNIT = re.compile(r"(?!(nan|inf(inity)?)$)[^\W\d_]|[°%]|1/", re.IGNORECASE)
+_IN_BRACKETS = re.compile(
+    r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<rounded>[^()]*(?:\([^()]*\)[^()]*)*)\))", re.DOTALL
+)
+FIRST_NAMES = ("t", "time", "f", "frequency")
+MOST_ABOVE = 200
+"""Lines of a preamble."""
 NUMBERS, NUMBERS_AND_TEXTS = "fiu", "fiucU"  # kinds of dtype
-NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
+NO_SAMPLES = "holds no samples: a header line, then one line a sample"
+NO_NAMES = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
+BEGUN = re.compile(r"[+-]?\d*\.?\d*([eE][+-]?)?", re.ASCII)
+"""The beginning of a number."""
 ARRAY_MAGIC = b"\x93NUMPY"
 DAMAGED = (
     OSError, ValueError, TypeError, EOFError, RuntimeError, NotImplementedError, KeyError, OverflowError, SyntaxError,
@@ -57,8 +82,8 @@ def read_arrays(path: str | Path, may_be_empty: bool = False) -> Columns:
     return read_arrays_of(path, NUMBERS, may_be_empty)
 
 
-def read_arrays_of(path: str | Path, kinds: str, may_be_empty: bool = False) -> dict[str, Any]:
-    """Return columns and arrays as `read_arrays` does, those of a .npz file of these kinds of dtype.
+def read_arrays_of(path: str | Path, kinds: str, may_be_empty: bool = False) -> Columns:
+    """Return columns and arrays as `read_arrays` does, those of a .npz file only if their dtype is of `kinds`.
 
     Complex ones and texts among them are as they are, of up to three axes.
     """
@@ -90,7 +115,7 @@ def _error(path: Path, what: str, place: str = "file") -> InputError:
 
 
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
-    """Raise `InputError` for more samples or numbers than there is room for."""
+    """Raise `InputError` for more samples or numbers than the limits."""
     if rows > MOST_SAMPLES or numbers > MOST_IN_FILES:
         what = (
             f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers"
@@ -103,18 +128,28 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
 
 def _read_csv(path: Path, file: BinaryIO, may_be_empty: bool) -> Columns:
     try:
-        (rows, has_commas), decimals = _rows(path, file), Decimals()
-        header, rows = _with_units(path, _header(path, *next(rows, (1, []))), rows)
-        numbers = array("d")
-        for line, row in rows:
+        with _text(file) as text:
+            return _columns(path, text, may_be_empty)
+    except (UnicodeDecodeError, csv.Error):
+        raise _error(path, "cannot be read: is not text of columns in UTF-8 or UTF-16") from None
+
+
+def _columns(path: Path, text: io.TextIOWrapper, may_be_empty: bool) -> Columns:
+    header, rows, has_commas = _table(path, text)
+    numbers, decimals, columns = array("d"), Decimals(), Columns()
+    for line, row in rows:
+        try:
             cells = row if has_commas else _with_points(path, line, row, decimals)
             numbers.extend(_numbers(path, line, cells, header, may_be_empty))
-            _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
-    except (UnicodeDecodeError, csv.Error):
-        raise _error(path, "cannot be read: is not text of comma-separated columns in UTF-8") from None
+        except InputError:
+            if not numbers or not _is_cut(row, header) or next(rows, None):
+                raise
+            columns.notes = (f"line {line}, the last one, is cut: left out",)
+        _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
     if not numbers:
-        raise _error(path, "holds no samples: a header line, then one line a sample")
-    return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T.copy(), strict=True))
+        raise _error(path, NO_SAMPLES)
+    columns |= dict(zip(header, np.array(numbers).reshape(-1, len(header)).T.copy(), strict=True))
+    return columns
 
 
 def place_of_sample(path: str | Path, sample: int) -> str:
@@ -122,34 +157,96 @@ def place_of_sample(path: str | Path, sample: int) -> str:
     place, path = f"sample {sample + 1}", Path(path)
     if path.suffix.lower() == ".npz":
         return place
-    with open_file(path) as file:
-        rows = _rows(path, file)[0]
-        _, rows = _with_units(path, _header(path, *next(rows)), rows)
-        line, _ = next(islice(rows, sample, None))
+    with open_file(path) as file, _text(file) as text:
+        line, _ = next(islice(_table(path, text)[1], sample, None))
     return f"{place}, line {line}"
 
 
-def _rows(path: Path, file: BinaryIO) -> tuple[Iterator[tuple[int, list[str]]], bool]:
-    """Return the cells of the lines that are not empty, with their numbers, and whether commas separate columns."""
-    stream = io.TextIOWrapper(file, newline="", encoding="utf-8-sig")
-    lines = iter(lambda: stream.readline(MOST_IN_LINE), "")
+def _table(path: Path, text: io.TextIOWrapper) -> tuple[list[str], Rows, bool]:
+    """Return names of columns, the cells of the lines below them, and whether commas are separators.
 
-    def short() -> Iterator[str]:
-        for number, line in enumerate(lines, start=1):
-            if len(line) == MOST_IN_LINE:
-                raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is not a table", f"line {number}")
-            yield line
+    The header is the first line that has a name for each number of the first line of numbers, preferably one that names
+    the time or the frequency; lines above it are a preamble. Lines that begin as comments do hold no numbers.
+    """
+    lines, above = _lines(path, text), list[tuple[int, str]]()
+    separator, numbers = "", list[tuple[int, str]]()
+    for number, line in lines:
+        separator = "" if is_comment(line) else separator_of_numbers(line)
+        (numbers if separator else above).append((number, line))
+        if separator or len(above) == MOST_ABOVE:
+            break
+    if not above:
+        raise _error(path, *((NO_NAMES, f"line {numbers[0][0]}") if numbers else (NO_SAMPLES, "file")))
+    separator = separator or separator_of(without_mark(above[0][1]))
+    heads = [(number, cells_of(without_mark(line), separator)) for number, line in above]
+    k = _place_of_header(heads, cells_of(numbers[0][1], separator) if numbers else [])
+    header, below = _header(path, *heads[k]), above[k + 1 :]
+    if below and _are_units(heads[k + 1][1], header):
+        header, below = _with_units(path, header, *heads[k + 1]), below[1:]
+    rows = _rows(chain(below, numbers, lines), separator)
+    return header, ((number, _cut_to(len(header), row)) for number, row in rows), separator == COMMA
 
-    text = short()
-    first, header = next(((k, line) for k, line in enumerate(text, start=1) if line.strip()), (1, ""))
-    separator = separator_of(header)
 
-    def cells() -> Iterator[tuple[int, list[str]]]:
-        for number, row in enumerate(csv.reader(chain([header], text), delimiter=separator), start=first):
-            if any(map(str.strip, row)):
-                yield number, row
+def _place_of_header(heads: Sequence[tuple[int, list[str]]], numbers: Sequence[str]) -> int:
+    """Return the index of the header among the lines above the first numbers; the first by default."""
+    counts = {len(numbers), len(_cut_to(0, numbers))}
+    may_be = [
+        (k, cells)
+        for k, (_, cells) in enumerate(heads)
+        if cells
+        and len(_cut_to(0, cells)) in counts
+        and all(map(str.strip, cells[:-1]))
+        and not NUMBER.fullmatch(cells[0])
+    ]
+    timed = [k for k, cells in may_be if any(name_and_unit(cell)[0].lower() in FIRST_NAMES for cell in cells)]
+    return (timed or [k for k, _ in may_be] or [0])[0]
 
-    return cells(), separator == COMMA
+
+def _cut_to(count: int, cells: Sequence[str]) -> list[str]:
+    """Return cells without empty ones at the end beyond a count: a separator may end a line."""
+    last = max((k for k, cell in enumerate(cells, start=1) if cell.strip()), default=1)
+    return list(cells[: max(count, last)])
+
+
+def _text(file: BinaryIO) -> io.TextIOWrapper:
+    """Return a file as text."""
+    start = file.read(MOST_IN_LINE)
+    file.seek(0)
+    return io.TextIOWrapper(file, newline="", encoding=_encoding(start))
+
+
+def _lines(path: Path, text: io.TextIOWrapper) -> Iterator[tuple[int, str]]:
+    """Yield the lines that are not blank, with their numbers."""
+    lines = iter(lambda: text.readline(MOST_IN_LINE), "")
+    for number, line in enumerate(lines, start=1):
+        if len(line) == MOST_IN_LINE:
+            raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is not a table", f"line {number}")
+        if line.strip():
+            yield number, line
+
+
+def _encoding(start: bytes) -> str:
+    """Return the encoding of a text: UTF-8 or 16, else that of Windows, whose degree sign is invalid UTF-8."""
+    if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return "utf-16"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(start)
+    except UnicodeDecodeError:
+        return "utf-8-sig" if any(byte < ord("\t") for byte in start) else "cp1252"
+    return "utf-8-sig"
+
+
+def _rows(lines: Iterable[tuple[int, str]], separator: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the cells of lines that are not comments, with the numbers of the lines."""
+    place = [0]
+
+    def texts() -> Iterator[str]:
+        for place[0], line in lines:
+            if not is_comment(line):
+                yield line
+
+    rows = map(str.split, texts()) if separator == SPACES else csv.reader(texts(), delimiter=separator)
+    yield from ((place[0], row) for row in rows if any(map(str.strip, row)))
 
 
 def _with_points(path: Path, line: int, row: Sequence[str], decimals: Decimals) -> list[str]:
@@ -161,38 +258,59 @@ def _with_points(path: Path, line: int, row: Sequence[str], decimals: Decimals) 
 
 def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
     """Return the names of the columns."""
-    header, place = [name.strip() for name in row], f"line {line}"
-    if not header:
-        raise _error(path, "holds no samples: a header line, then one line a sample")
+    header, place = [name.strip() for name in _cut_to(0, row)], f"line {line}"
+    if not any(header):
+        raise _error(path, NO_SAMPLES)
     for separator, name in SEPARATORS.items():
         if len(header) == 1 and separator in header[0]:
-            what = f"columns are separated by {name}: separate them by commas, semicolons or tabs"
+            what = f"columns are separated by {name}: separate them by commas, semicolons, tabs or spaces"
             raise _error(path, what, place)
     if len(header) > MOST_COLUMNS:
         raise _error(path, f"{len(header)} columns, {MOST_COLUMNS} is the limit", place)
     if NUMBER.fullmatch(header[0]):
-        what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
-        raise _error(path, what, place)
+        raise _error(path, NO_NAMES, place)
     if len(set(header)) < len(header):
         double = next(name for name in header if header.count(name) > 1)
         raise _error(path, "two columns have this name", double)
     return header
 
 
-def _with_units(path: Path, header: list[str], rows: Rows) -> tuple[list[str], Rows]:
-    """Return names of columns with the units of a line of their own behind them, `t [s]`, and the rows of numbers.
+def _are_units(row: Sequence[str], header: Sequence[str]) -> bool:
+    """Return whether each cell of a line is a unit or empty, and the first is a unit."""
+    units = _units_in(row)
+    return len(units) == len(header) and units[0] not in NO_UNIT and all(x in NO_UNIT or UNIT.match(x) for x in units)
 
-    In such a line each cell is a unit, or none; the first one is a unit.
-    """
-    line, row = next(rows, (0, []))
-    units = [cell.strip().strip("[]()").strip() for cell in row]
-    may_be = len(units) == len(header) and all(one in NO_UNIT or UNIT.match(one) for one in units)
-    if not may_be or units[0] in NO_UNIT:
-        return header, chain([(line, row)] if row else [], rows)
-    for name, unit in zip(header, units, strict=True):
-        if unit not in NO_UNIT and name.endswith("]"):
+
+def _units_in(row: Sequence[str]) -> list[str]:
+    return [cell.strip().strip("[]()").strip() for cell in row]
+
+
+def _with_units(path: Path, header: Sequence[str], line: int, row: Sequence[str]) -> list[str]:
+    """Return names of columns with units from a separate line appended, `t [s]`."""
+    for name, unit in zip(header, units := _units_in(row), strict=True):
+        if unit not in NO_UNIT and name_and_unit(name)[1] is not None:
             raise _error(path, f"has its unit in line {line}, too: keep one of the two", name)
-    return [name if unit in NO_UNIT else f"{name} [{unit}]" for name, unit in zip(header, units, strict=True)], rows
+    return [name if unit in NO_UNIT else f"{name} [{unit}]" for name, unit in zip(header, units, strict=True)]
+
+
+def name_and_unit(text: str, is_pair: bool = False) -> tuple[str, str | None]:
+    """Return a name and its unit, `q [deg]`, `q (deg)` or `q/deg`; None without a unit. Spaces are single.
+
+    The slash of a pair, `OUT/IN`, is not that of a unit.
+    """
+    text = " ".join(text.split())
+    name, _, unit = (part.strip() for part in text.partition("/"))
+    if not is_pair and name.isidentifier() and is_unit(unit):
+        return name, unit
+    match = _IN_BRACKETS.fullmatch(text)
+    return (match["name"], (match["unit"] or match["rounded"] or "").strip()) if match else (text, None)
+
+
+def _is_cut(row: Sequence[str], header: Sequence[str]) -> bool:
+    """Return whether a line of numbers is incomplete, as at the end of a stopped recording."""
+    *complete, last = [cell.strip().replace(",", ".") for cell in row]
+    is_begun = len(row) < len(header) or (BEGUN.fullmatch(last) and not NUMBER.fullmatch(last))
+    return len(row) <= len(header) and all(map(NUMBER.fullmatch, complete)) and bool(is_begun)
 
 
 def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str], may_be_empty: bool) -> list[float]:
@@ -235,18 +353,18 @@ def _arrays(path: Path, archive: zipfile.ZipFile, kinds: str) -> Columns:
         raise _error(path, "two arrays have this name", next(name for name in names if names.count(name) > 1))
     if not names:
         raise _error(path, "holds no array")
-    count, arrays = 0, {}
+    count, arrays = 0, Columns()
     for name, info in zip(names, members, strict=True):
         with archive.open(info) as stream:
-            shape, fortran, dtype = _announced(path, name, stream, kinds)
+            shape, fortran, dtype = _layout(path, name, stream, kinds)
             count += math.prod(shape)
             _refuse_size(path, name, shape[0], count)
             arrays[name] = _array(path, name, stream, shape, fortran, dtype)
     return arrays
 
 
-def _announced(path: Path, name: str, stream: IO[bytes], kinds: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, order and type of an array from its header; refuse what is not a table of these kinds."""
+def _layout(path: Path, name: str, stream: IO[bytes], kinds: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array from its header; refuse tables of other kinds."""
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     version = np.lib.format.read_magic(stream)
     if version not in read:
@@ -271,7 +389,7 @@ def _array(
     if len(content) != size:
         more = "more" if len(content) > size else "fewer"
         raise _error(path, f"holds {more} numbers than its shape {shape} says", name)
-    found = np.frombuffer(content, dtype).reshape(shape, order="F" if fortran else "C")
+    array = np.frombuffer(content, dtype).reshape(shape, order="F" if fortran else "C")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return found.astype(float) if dtype.kind in NUMBERS else found
+        return array.astype(float) if dtype.kind in NUMBERS else array

@@ -1,7 +1,7 @@
-"""Steps of encoders, found in positions that are whole multiples of them.
+"""Encoder resolution, detected from positions that are integer multiples of a step.
 
 An encoder reads staircases. Where motion crosses steps more slowly than it is sampled, the error is a sawtooth of the
-position: it is no white noise, and its spectrum is that of the staircase, not of the motion.
+position: it is not white noise, and its spectrum is that of the staircase, not of the motion.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ OFF_STEPS = 0.1  # of a step, rms, that changes are off whole multiples; 0.29 wi
 
 
 def resolution_of(x: Array) -> float:
-    """Return the step of which changes of x (N) are whole multiples, zero where they are of none.
+    """Return the step of which all changes of x (N) are integer multiples, zero without one.
 
     The step of values rounded to decimals is found, too, where it is several times their last digit.
     """
@@ -28,21 +28,20 @@ def resolution_of(x: Array) -> float:
     step = float(changes.min())
     for reach in WIDER:
         near = changes[changes < reach * step]
-        whole = np.round(near / step)
-        step = float(near @ whole / (whole @ whole))
+        multiples = np.round(near / step)
+        step = float(near @ multiples / (multiples @ multiples))
     off = changes / step - np.round(changes / step)
     return step if float(np.sqrt(np.mean(off**2))) < OFF_STEPS else 0.0
 
 
 def staircase(x: Array, step: float, phase: float) -> Array:
-    """Return the error of an encoder of this step at positions x (N), its first step `phase` (0 to 1) of a step off."""
+    """Return the quantization error of an encoder step at positions x (N), offset by `phase` (0 to 1) of a step."""
     shifted = x / step + phase
-    error: Array = (np.round(shifted) - shifted) * step
-    return error
+    return np.asarray((np.round(shifted) - shifted) * step)
 
 
 def density_of_staircase(x: Array, step: float) -> float:
-    """Return the spectral density of the error of an encoder over that of white noise of variance 1, about.
+    """Return the spectral density of the quantization error relative to white noise of variance 1, approximately.
 
     Its variance is step^2 / 12. Where motion crosses fewer steps than there are samples it is within a narrower band.
     """

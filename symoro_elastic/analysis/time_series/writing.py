@@ -34,7 +34,7 @@ def refuse_file(path: str | Path) -> None:
 def write_columns(columns: Mapping[str, Array], path: str | Path, units: Mapping[str, str] | None = None) -> None:
     """Write columns of equal length to a .csv file with one header line, or to a .npz file; raises `InputError`.
 
-    `units` by column stand in brackets in the header line.
+    `units` by column are written in brackets in the header line.
     """
     refuse_file(path)
     if Path(path).suffix.lower() == NPZ:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library, find_compiler
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, PRECISIONS, SINGLE, Precision
+from symoro_elastic.foundation.output_files import temporary_folder
 
 QUICK, USUAL, EXHAUSTIVE = "quick", "usual", "all"
 
@@ -67,7 +67,7 @@ def compilers() -> list[Flags]:
 
 def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
     """Return whether a compiler accepts flags, and a source text with them."""
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         try:
             compile_library({"probe.c": text}, Path(folder), compiler, flags)
         except CompilationFailed:
@@ -77,10 +77,10 @@ def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
 
 @dataclass(frozen=True)
 class FlagSets:
-    """Sets of flags of one compiler: `best` is what the generated source recommends, `others` vary it."""
+    """Sets of flags of a compiler: `best` is recommended by the generated source, `variants` differ from it."""
 
     best: Flags
-    others: tuple[Flags, ...]
+    variants: tuple[Flags, ...]
     every: tuple[Flags, ...]
 
 
@@ -101,26 +101,22 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
             dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (WITH_LIBM,))
         )
     ]
-    others = tuple(flags for flags in dict.fromkeys(varied) if flags != best)
-    return FlagSets(best, others, tuple(dict.fromkeys(every))), notes
+    variants = tuple(flags for flags in dict.fromkeys(varied) if flags != best)
+    return FlagSets(best, variants, tuple(dict.fromkeys(every))), notes
 
 
 def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_other_way: bool) -> list[Build]:
     """Return the builds of a formulation with one compiler, the most informative first; the first one varies most."""
     if effort == EXHAUSTIVE:
-        tried = dict.fromkeys((sets.best, *sets.every))
-        every = [(precision, flags) for precision in PRECISIONS.values() for flags in tried]
-        return [Build(compiler, flags, precision) for precision, flags in every if _makes_sense(precision, flags)]
+        sets_of_flags = dict.fromkeys((sets.best, *sets.every))
+        every = [(precision, flags) for precision in PRECISIONS.values() for flags in sets_of_flags]
+        own = {WITH_LIBM, FAST_MATH}  # sums of two doubles have their own sines, and depend on the order of operations
+        return [Build(compiler, flags, x) for x, flags in every if not (x.is_pair and own.intersection(flags))]
     precisions = (DOUBLE, SINGLE) if is_other_way or (effort == QUICK and not is_first) else (DOUBLE, SINGLE, MIXED)
     chosen = [Build(compiler, sets.best, precision) for precision in precisions]
     if not is_first or effort == QUICK:
         return chosen
-    chosen += [Build(compiler, flags, DOUBLE) for flags in sets.others]
-    chosen += [Build(compiler, flags, SINGLE) for flags in sets.others if FAST_MATH in flags or flags == PLAIN]
+    chosen += [Build(compiler, flags, DOUBLE) for flags in sets.variants]
+    chosen += [Build(compiler, flags, SINGLE) for flags in sets.variants if FAST_MATH in flags or flags == PLAIN]
     fused = tuple(flag for flag in sets.best if flag == "-march=native")
     return [*chosen, Build(compiler, (*PLAIN, *fused), DOUBLE_DOUBLE)]
-
-
-def _makes_sense(precision: Precision, flags: Flags) -> bool:
-    """Sums of two doubles have their own sine and cosine, and live by the order of operations."""
-    return not (precision.is_pair and (WITH_LIBM in flags or FAST_MATH in flags))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from statistics import median
+from time import perf_counter
 
 from symoro_elastic.analysis.trade_off.builds import Build
 from symoro_elastic.analysis.trade_off.formulations import Formulation
-from symoro_elastic.analysis.trade_off.timing import Time
 from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.numerics.verification.accuracy import Errors
 from symoro_elastic.symbolic.program import OperationCount
 
@@ -18,6 +20,9 @@ MATTERS = 1.25
 
 SINGLE_CALL, BATCH = "single call", "batch"
 CALLS = (SINGLE_CALL, BATCH)
+BURST = 1e-3  # s
+ROUNDS = 15
+MOST_TIMES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -94,28 +99,66 @@ def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> 
     Configurations with -ffast-math are on it only if `with_fast_math` allows them.
     """
     best: list[Measurement] = []
-    for one in sorted(_allowed(measurements, with_fast_math), key=lambda f: (f.ns, f.error)):
-        if math.isfinite(one.error) and (not best or one.error * MATTERS < best[-1].error):
-            best.append(one)
+    for x in sorted(_advisable(measurements, with_fast_math), key=lambda f: (f.ns, f.error)):
+        if math.isfinite(x.error) and (not best or x.error * MATTERS < best[-1].error):
+            best.append(x)
     return best
 
 
 def fastest_within(
     measurements: Iterable[Measurement], tolerance: float, with_fast_math: bool = False
 ) -> Measurement | None:
-    """Return the fastest configuration whose errors at other states are bounded by a tolerance, or None."""
-    good = [one for one in _allowed(measurements, with_fast_math) if one.bound <= tolerance]
-    return min(good, key=lambda one: one.ns, default=None)
+    """Return the fastest configuration with a bound on errors at other states within a tolerance, or None."""
+    good = [x for x in _advisable(measurements, with_fast_math) if x.bound <= tolerance]
+    return min(good, key=lambda x: x.ns, default=None)
 
 
 def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
     """Return the configuration with the smallest bound on errors, the fastest of several."""
-    return min(_allowed(measurements, with_fast_math), key=lambda one: (_or_infinite(one.bound), one.ns))
+    return min(
+        _advisable(measurements, with_fast_math), key=lambda x: (math.inf if math.isnan(x.bound) else x.bound, x.ns)
+    )
 
 
-def _allowed(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:
-    return [one for one in measurements if with_fast_math or one.configuration.is_safe]
+def _advisable(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:
+    return [x for x in measurements if with_fast_math or x.configuration.is_safe]
 
 
-def _or_infinite(error: float) -> float:
-    return math.inf if math.isnan(error) else error
+@dataclass(frozen=True)
+class Run:
+    """Work to be timed: `carry_out(times)` repeats it for `states` states."""
+
+    carry_out: Callable[[int], None]
+    states: int
+
+
+@dataclass(frozen=True)
+class Time:
+    """ns a state: median and best of the rounds."""
+
+    median: float
+    best: float
+
+
+def time_runs(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
+    """Return the times of all runs; a round lasts about `BURST` seconds for every run."""
+    times = [_often_enough(run) for run in runs]
+    samples: list[list[float]] = [[] for _ in runs]
+    for done in range(rounds):
+        for run, often, sample in zip(runs, times, samples, strict=True):
+            sample.append(_seconds(run, often) / (often * run.states) * 1e9)
+        progress(done + 1, rounds)
+    return [Time(median(sample), min(sample)) for sample in samples]
+
+
+def _often_enough(run: Run) -> int:
+    """Return how often to repeat a run so that a burst is long enough to be timed."""
+    run.carry_out(1)
+    seconds = max(_seconds(run, 1), 1e-9)
+    return min(MOST_TIMES, max(1, math.ceil(BURST / seconds)))
+
+
+def _seconds(run: Run, times: int) -> float:
+    start = perf_counter()
+    run.carry_out(times)
+    return perf_counter() - start

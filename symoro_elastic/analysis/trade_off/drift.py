@@ -1,7 +1,7 @@
 """Drift of energy in a simulated free motion without losses, by the format of the state.
 
-A step changes a state by little, so a state in single precision loses most of each change to rounding, whatever the
-accuracy of the accelerations. A compensated sum keeps what is lost; a state in double precision hardly loses any.
+A step changes a state by little, so a state in single precision loses most of a change to rounding, whatever the
+accuracy of the accelerations. A compensated sum keeps the rounding; a state in double precision hardly loses any.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.array_types import AnyArray
 from symoro_elastic.foundation.progress import Progress
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
+from symoro_elastic.machine.machine import Base, Friction, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.models.state import State, closing_models, rows_carried, split_into
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.models.bound.state import State, closing_models, rows_carried, split_into
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import TracedModel, trace
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
 from symoro_elastic.numerics.verification.states import States, moderate_states
 
 STEPS, SAMPLES = 50_000, 50
@@ -72,7 +72,7 @@ class Drift:
 
 
 def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress: Progress) -> list[Drift]:
-    """Return the drift of each format of the state, over the same free motion of a machine without losses.
+    """Return the drifts by format of the state, over the same free motion of a machine without losses.
 
     Raises `InputError` where no such motion can be computed, `CompilerMissing`, `CompilationFailed`.
     """
@@ -88,13 +88,11 @@ def drifts(machine: Machine, values: Mapping[str, float], folder: Path, progress
 
 def conservative(machine: Machine) -> Machine:
     """Return the machine without damping, friction and external wrenches, on a base at rest."""
-    joints = tuple(_without_losses(joint) for joint in machine.joints)
+    none = Formula.parse(0)
+    joints = tuple(
+        replace(x, spring=replace(x.spring, damping=none), friction=Friction(), wrench=Wrench()) for x in machine.joints
+    )
     return replace(machine, joints=joints, base=Base(gravity=machine.base.gravity))
-
-
-def _without_losses(joint: Joint) -> Joint:
-    spring = replace(joint.spring, damping=Formula.parse(0))
-    return replace(joint, spring=spring, friction=Friction(), wrench=Wrench())
 
 
 def _drift(energies: AnyArray) -> float:
@@ -114,7 +112,7 @@ class _Motion:
         self.package = trace_models(machine, Scene(models=models)).package
         self.p = np.array([values[parameter.name] for parameter in self.package.parameters], dtype=float)
         self.start = self._start()
-        kinetic, _, elastic = self._evaluated(self.energy, self.start)[0]
+        kinetic, _, elastic = self._values(self.energy, self.start)[0]
         self.moving_energy = float(kinetic + elastic)
         self._moves = _movers(self.package, folder, bool(self.closing))
 
@@ -122,9 +120,9 @@ class _Motion:
         """A state near the neutral position of the springs, whose numbers single precision holds; no motor pushes."""
         state = moderate_states(self.machine, 2, values=dict(self.values))[1:2]
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
-        return self._closed(state.with_blocks(**single, tau=np.zeros_like(state.tau)))
+        return self._with_loops_closed(state.with_blocks(**single, tau=np.zeros_like(state.tau)))
 
-    def _closed(self, states: States) -> States:
+    def _with_loops_closed(self, states: States) -> States:
         """The states with loops closed to more digits, where they have no closed form."""
         for model in self.closing:
             states = states.with_blocks(
@@ -133,7 +131,7 @@ class _Motion:
         return states
 
     def small_step(self) -> tuple[float, AnyArray]:
-        """The step at which rounding is all that is left of the drift, and the energies with it."""
+        """The step at which the drift is rounding alone, and the energies with it."""
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
             energies = self.energies(STATE_FORMATS[0], step)
@@ -144,9 +142,9 @@ class _Motion:
         raise self.machine.error("trade", what)
 
     def _fastest_rate(self) -> float:
-        """Of springs against inertias and of the motion itself, 1/s."""
-        A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
-        qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
+        """The fastest rate of springs against inertias and of the motion itself, 1/s."""
+        A = self._values(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
+        qdd = self._values(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
         values = {**self.values, **start_of(self.machine).by_variable}
         stiffness = [self.machine.joint(j).spring.stiffness.value(values) for j in self.machine.independent]
         try:
@@ -171,10 +169,10 @@ class _Motion:
             states.append(x.copy())
         moved = split_into(carried, np.array(states, dtype=float))
         sampled = self.start[np.zeros(len(states), dtype=int)].with_blocks(**moved)
-        total: AnyArray = self._evaluated(self.energy, self._closed(sampled)).sum(axis=1)
+        total: AnyArray = self._values(self.energy, self._with_loops_closed(sampled)).sum(axis=1)
         return total
 
-    def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
+    def _values(self, traced: TracedModel, states: States) -> AnyArray:
         (result,) = evaluate_arrays(traced, states, self.values, EXTENDED).values()
         return result
 
@@ -183,10 +181,10 @@ def _movers(package: Package, folder: Path, assembles: bool) -> dict[str, Any]:
     """The compiled functions that move a state by many steps, by precision."""
     precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        made = pool.map(
+        functions = pool.map(
             lambda precision: _mover(package, precision, folder / precision.name, assembles), precisions.values()
         )
-        return dict(zip(precisions, made, strict=True))
+        return dict(zip(precisions, functions, strict=True))
 
 
 def _mover(package: Package, precision: Precision, folder: Path, assembles: bool) -> Any:

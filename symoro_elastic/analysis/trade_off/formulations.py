@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.package import Package
@@ -11,9 +11,9 @@ from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.grouping import checked_grouping, grouping_by_rank
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import DEFAULT_MODELS, MODELS, TracedModel
+from symoro_elastic.numerics.linear.grouping import checked_grouping, grouping_by_rank
 from symoro_elastic.numerics.verification.states import ARGUMENTS, depends_on_state
 from symoro_elastic.symbolic.program import OperationCount
 
@@ -39,12 +39,12 @@ class Formulation:
     @property
     def words(self) -> str:
         """Its name in tables."""
-        said = (
+        options = (
             "base parameters" if self.base else "",
             "folded" if self.folded else "",
             "angles summed" if self.merged else "",
         )
-        return ", ".join([self.way, *filter(None, said)])
+        return ", ".join([self.way, *filter(None, options)])
 
     def count(self, model: str) -> OperationCount:
         """Operations of a call."""
@@ -74,7 +74,7 @@ def formulations(machine: Machine, scene: Scene, values: Values) -> tuple[list[F
     bound, scene = scene.merge_angles, replace(scene, merge_angles=None)
     plain = _formulation(machine, scene, values)
     _refuse_large(machine, plain)
-    kept, last = [plain], (machine, scene, values)
+    forms, last = [plain], (machine, scene, values)
     notes: list[str] = []
     for other, its_scene, its_values in _variants(machine, scene, values, bound, notes):
         try:
@@ -82,11 +82,11 @@ def formulations(machine: Machine, scene: Scene, values: Values) -> tuple[list[F
         except InputError as error:
             notes.append(str(error))
             continue
-        if not any(_counts(form) == _counts(one) and form.folded == one.folded for one in kept):
-            kept.append(form)
+        if not any(_counts(form) == _counts(other_form) and form.folded == other_form.folded for other_form in forms):
+            forms.append(form)
             last = other, its_scene, its_values
-    solved = [_by_matrix(*one) for one in ((machine, scene, values), last)]
-    return [*kept, *(one for some in solved[: len(kept)] for one in some)], notes
+    by_matrix = [_by_matrix(*other_form) for other_form in ((machine, scene, values), last)]
+    return [*forms, *(other_form for some in by_matrix[: len(forms)] for other_form in some)], notes
 
 
 def _variants(
@@ -95,24 +95,24 @@ def _variants(
     scenes = [scene]
     if len(names_to_fold(machine, replace(scene, fold=ALL))) > len(names_to_fold(machine, scene)):
         scenes.append(replace(scene, fold=ALL))
-    scenes += [replace(one, merge_angles=bound) for one in scenes] if bound else []
+    scenes += [replace(x, merge_angles=bound) for x in scenes] if bound else []
     yield from ((machine, other, values) for other in scenes[1:])
-    grouped = None if machine.is_grouped or machine.degrees_of_base else _grouped(machine, values, notes)
+    grouped = None if machine.is_grouped or machine.degrees_of_base else _with_base_parameters(machine, values, notes)
     if grouped:
         yield from ((grouped[0], other, grouped[1]) for other in scenes)
 
 
-def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machine, Values] | None:
+def _with_base_parameters(machine: Machine, values: Values, notes: list[str]) -> tuple[Machine, Values] | None:
     """The machine with base parameters and their values."""
     grouping, check = checked_grouping(machine)
     if not check.agrees:
         notes.append(f"base parameters: {check.message}")
     if check.refused:
         return None
-    known = {**values, **grouping.values(values)}
-    if not {p.name for p in grouping.machine.parameters} <= known.keys():
+    values_of_base = {**values, **grouping.values(values)}
+    if not {p.name for p in grouping.machine.parameters} <= values_of_base.keys():
         return None
-    return grouping.machine, known
+    return grouping.machine, values_of_base
 
 
 def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
@@ -121,7 +121,7 @@ def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[s
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
     programs = trace_models(machine, replace(scene, models=written, outputs=outputs, steps=()), grouping_by_rank)
-    by_name = {one.model.name: one for one in programs.models}
+    by_name = {x.model.name: x for x in programs.models}
     return Formulation(
         BY_MATRIX if ways else RECURSION,
         machine.is_grouped,
@@ -136,14 +136,10 @@ def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[s
 
 def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulation]:
     """The formulations of the asked models by the inertia matrix, if there are any."""
-    asked = asked_models(scene)
-    ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in asked}
-    return [_formulation(machine, _only(scene, tuple(ways)), values, ways)] if ways else []
-
-
-def _only(scene: Scene, models: Sequence[str]) -> Scene:
-    outputs = {name: joints for name, joints in scene.outputs.items() if name in models}
-    return replace(scene, models=tuple(models), outputs=outputs)
+    requested = asked_models(scene)
+    ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in requested}
+    outputs = {name: joints for name, joints in scene.outputs.items() if name in ways}
+    return [_formulation(machine, replace(scene, models=tuple(ways), outputs=outputs), values, ways)] if ways else []
 
 
 def _counts(form: Formulation) -> list[OperationCount]:

@@ -1,17 +1,16 @@
 """Operations of a call against guaranteed error: terms left out, precision and form on one path.
 
-The tolerance of each result is one budget. Each point of the grid is a program: a form of the model, terms left out for
-a share of the tolerance, a precision. Its error is the sum of two, each with what stands behind it: of rounding, by a
-certificate of the very program, and of the terms left out. From the whole model in double precision the path goes to
-the point that saves the most time for the error that it adds, as long as the sum is within the tolerance. Time is
-counted in operations; those of another precision take as long, beside those in double precision, as calls of the whole
-model were measured to take.
+The tolerance of a result is one budget. A point of the grid is a program: a form of the model, terms omitted for a
+share of the tolerance, a precision. Its error is the sum of two, both with their evidence: of rounding, by a
+certificate of the very program, and of the omitted terms. From the full model in double precision the path goes to the
+point that saves the most time for the error that it adds, as long as the sum is within the tolerance. Time is counted
+in operations; the ratio of precisions is that of measured calls of the full model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -24,31 +23,24 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.generation.reduced import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
-from symoro_elastic.machine.within import Guaranteed
-from symoro_elastic.models.catalogue import BY_INERTIA, DEFAULT_MODELS
-from symoro_elastic.models.traced import Traced
-from symoro_elastic.numerics.guarantees.certificate import Certificate, Guarantee, Subject
+from symoro_elastic.machine.within import Evidence
+from symoro_elastic.models.packaging import Traced
+from symoro_elastic.models.programs.catalogue import BY_INERTIA, DEFAULT_MODELS
+from symoro_elastic.numerics.guarantees.certificate import Certificate, Subject
 from symoro_elastic.numerics.guarantees.certificates import certificate_of, subject_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from symoro_elastic.numerics.within.budget import Error, Item, spend
 from symoro_elastic.numerics.within.results import EntryError, Reduction
 from symoro_elastic.symbolic.program import OperationCount
 
 SHARES = (0.1, 0.3, 0.98)
-"""Of the tolerance that terms may take; the rest of the last is for rounding."""
+"""Fractions of the tolerance for omitted terms; the last leaves some for rounding."""
 PRECISIONS = (DOUBLE, MIXED, SINGLE)
 SINE = 8
 """Operations that a sine and cosine count for, as in the search for terms."""
 Entry = tuple[str, int]
 Measured = Mapping[str, Sequence[Measurement]]
 """By model."""
-
-
-@dataclass(frozen=True)
-class Contribution:
-    """A part of an error, of the tolerance of the result where it is largest, and what stands behind it."""
-
-    error: float
-    word: Guarantee
 
 
 @dataclass(frozen=True)
@@ -65,15 +57,15 @@ class GuaranteedPoint:
     share: float
     left_out: int
     operations: OperationCount
-    rounding: Contribution
-    terms: Contribution
+    rounding: Error
+    terms: Error
     unseen: float
     time: float
 
     @property
     def total(self) -> float:
         """The sum of both parts, of the tolerance: never less than the error of both together."""
-        return self.rounding.error + self.terms.error
+        return self.rounding.value + self.terms.value
 
 
 @dataclass(frozen=True, repr=False)
@@ -92,7 +84,7 @@ class GuaranteedCurve(Result):
 
     @property
     def saved(self) -> float:
-        """The share of the time of the whole model in double precision that the advised one does not take."""
+        """The fraction of the time of the full model in double precision that the advised program saves."""
         return 1 - self.advised.time / self.points[0].time
 
     @property
@@ -102,7 +94,7 @@ class GuaranteedCurve(Result):
 
 
 def grids_of(machine: DescribedMachine, scene: Scene, progress: Progress = no_progress) -> tuple[Grid, ...]:
-    """Return the programs of a scene within its tolerances, in each form that is worth it; raises `InputError`."""
+    """Return the programs of a scene within its tolerances, in the forms that save time; raises `InputError`."""
     scene = replace(scene, models=scene.models or DEFAULT_MODELS, fold=ALL, steps=())
     scene = replace(scene, form=RECURSION) if scene.form == AUTO else scene
     forms = [scene.form, *([INERTIA] if scene.form != INERTIA and _has_forms(machine, scene) else [])]
@@ -114,38 +106,40 @@ def grids_of(machine: DescribedMachine, scene: Scene, progress: Progress = no_pr
 
 
 def curves_of(grids: Sequence[Grid], measured: Measured) -> tuple[GuaranteedCurve, ...]:
-    """Return the curve of each model; `measured` are times of calls of the whole models."""
-    found: dict[str, list[GuaranteedPoint]] = {}
+    """Return the curves by model; `measured` are times of calls of the full models."""
+    by_model: dict[str, list[GuaranteedPoint]] = {}
     for grid in grids:
         for model, points in grid.points(measured).items():
-            found.setdefault(model, []).extend(points)
+            by_model.setdefault(model, []).extend(points)
     within = ", ".join(f"{name} {x}".strip() for name, x in grids[0].scene.within.tolerances.items())
-    return tuple(GuaranteedCurve(model, within, tuple(x), path_through(x)) for model, x in found.items())
+    return tuple(GuaranteedCurve(model, within, tuple(x), path_through(x)) for model, x in by_model.items())
 
 
 def path_through(points: Sequence[GuaranteedPoint]) -> tuple[int, ...]:
     """Return the path from the first point: at each step the most time saved for the error added, within the whole.
 
-    What adds no error comes first, the fastest of it. The sum of a step is that of the step before where it is less.
+    What adds no error comes first, the fastest first. The sum of a step is that of the step before where it is less.
     """
-    path, total = [0], points[0].total
-    while True:
-        now = points[path[-1]]
-        better = [k for k, one in enumerate(points) if one.time < now.time and one.total <= 1]
-        if not better:
-            return tuple(path)
-        added = {k: max(points[k].total - total, 0.0) for k in better}
-        gains = {k: (now.time - points[k].time) / x if x else math.inf for k, x in added.items()}
-        path.append(max(better, key=lambda k: (gains[k], -points[k].time)))
-        total = max(total, points[path[-1]].total)
+    totals = {0: points[0].total}
+
+    def items(k: int) -> Iterator[Item[int]]:
+        for following, point in enumerate(points):
+            if point.time < points[k].time and point.total <= 1:
+                yield Item(following, points[k].time - point.time, max(point.total - totals[k], 0.0))
+
+    def accept(before: int, k: int) -> int:
+        totals[k] = max(totals[before], points[k].total)
+        return k
+
+    return (0, *spend(0, items, accept))
 
 
 def _has_forms(machine: DescribedMachine, scene: Scene) -> bool:
-    """Whether a model of the scene takes fewer operations by the inertia matrix."""
+    """Whether a model of the scene needs fewer operations by the inertia matrix."""
     if not BY_INERTIA.keys() & {*scene.models}:
         return False
-    asked = [replace(scene, form=form, models=tuple(BY_INERTIA), outputs={}) for form in (scene.form, INERTIA)]
-    recursion, inertia = (programs(machine, one).package.functions[0].program.count for one in asked)
+    scenes = [replace(scene, form=form, models=tuple(BY_INERTIA), outputs={}) for form in (scene.form, INERTIA)]
+    recursion, inertia = (programs(machine, x).package.functions[0].program.count for x in scenes)
     return _time(inertia) < _time(recursion)
 
 
@@ -178,79 +172,74 @@ class Grid:
         """Leave terms out for a share of the tolerances."""
         within = self.scene.within
         less = {name: replace(x, value=share * x.value) for name, x in within.tolerances.items()}
-        asked = replace(self.scene, within=replace(within, tolerances=less))
-        reduced, models = reduced_models(self.machine, asked, programs, [ROUNDINGS[DOUBLE.name]])
-        for function, one in zip(reduced.package.functions, models, strict=True):
-            allowed = {(x.output, x.index): x.tolerance / share for x in one.reduction.errors if x.tolerance}
-            self._allowed[function.name] = allowed
-            if one.reduction.left_out:
-                self.programs[function.name].append(Reduced(reduced, function, share, one.reduction))
+        request = replace(self.scene, within=replace(within, tolerances=less))
+        reduced, models = reduced_models(self.machine, request, programs, [ROUNDINGS[DOUBLE.name]])
+        for function, model in zip(reduced.package.functions, models, strict=True):
+            limited = [x for x in model.reduction.errors if x.tolerance and not x.is_rounding]
+            self._allowed[function.name] = {(x.output, x.index): x.tolerance / share for x in limited}
+            if model.reduction.left_out:
+                self.programs[function.name].append(Reduced(reduced, function, share, model.reduction))
 
     def points(self, measured: Measured) -> dict[str, list[GuaranteedPoint]]:
         """Return the points by model, the whole model in double precision first."""
         return {
             name: [
-                self._point(one, precision.name, _ratio(measured.get(name, ()), precision.name))
-                for one in some
+                self._point(program, precision.name, _ratio(measured.get(name, ()), precision.name))
+                for program in some
                 for precision in PRECISIONS
             ]
             for name, some in self.programs.items()
         }
 
-    def _point(self, one: Reduced, precision: str, ratio: float) -> GuaranteedPoint:
-        allowed = self._allowed[one.function.name]
-        errors = {(x.output, x.index): x for x in one.reduction.errors} if one.reduction else {}
-        count = one.function.program.count
-        left_out = len(one.reduction.left_out) if one.reduction else 0
+    def _point(self, reduced: Reduced, precision: str, ratio: float) -> GuaranteedPoint:
+        allowed = self._allowed[reduced.function.name]
+        errors = {(x.output, x.index): x for x in reduced.reduction.errors} if reduced.reduction else {}
+        count = reduced.function.program.count
+        left_out = len(reduced.reduction.left_out) if reduced.reduction else 0
         unseen = max((errors[place].unseen / allowed[place] for place in errors if place in allowed), default=0.0)
         terms = _of_terms(errors, allowed, self.scene.within.guaranteed)
-        rounding = _of_rounding(self.certificate(one, precision), one.function, allowed)
+        rounding = _of_rounding(self.certificate(reduced, precision), reduced.function, allowed)
         time = _time(count) * ratio
-        return GuaranteedPoint(self.scene.form, precision, one.share, left_out, count, rounding, terms, unseen, time)
+        return GuaranteedPoint(
+            self.scene.form, precision, reduced.share, left_out, count, rounding, terms, unseen, time
+        )
 
-    def certificate(self, one: Reduced, precision: str) -> Certificate:
-        """Return what a program guarantees of its rounding; nothing is known of the pivots of a reduced one."""
+    def certificate(self, program: Reduced, precision: str) -> Certificate:
+        """Return the certificate of a program's rounding; without facts on the pivots of a reduced program."""
         physical = self.machine.origin.ungrouped or self.machine
-        whole = next(x for x in self._whole.package.functions if x.name == one.function.name)
-        subject = subject_of(self._whole, physical, self.machine.limits, whole, ROUNDINGS[precision])
-        left = subject if one.reduction is None else Subject(one.function, subject.box, ROUNDINGS[precision])
-        return certificate_of(left, one.asked.whole.name)
+        full = next(x for x in self._whole.package.functions if x.name == program.function.name)
+        subject = subject_of(self._whole, physical, self.machine.limits, full, ROUNDINGS[precision])
+        reduced = subject if program.reduction is None else Subject(program.function, subject.box, ROUNDINGS[precision])
+        return certificate_of(reduced, program.asked.whole.name)
 
 
 def _ratio(measured: Sequence[Measurement], precision: str) -> float:
-    """Return the time of the fastest call in a precision over that in double; 1 where none is measured."""
-    times = {
-        name: min((x.ns for x in measured if _counts(x, name)), default=math.nan) for name in (DOUBLE.name, precision)
-    }
-    ratio = times[precision] / times[DOUBLE.name]
+    """Return the time of the fastest compiled call in a precision over that in double; 1 where none is measured."""
+    times: dict[str, list[float]] = {DOUBLE.name: [], precision: []}
+    for x in measured:
+        if x.configuration.build is not None and x.configuration.is_safe:
+            times.setdefault(x.configuration.precision.name, []).append(x.ns)
+    ratio = min(times[precision], default=math.nan) / min(times[DOUBLE.name], default=math.nan)
     return ratio if math.isfinite(ratio) else 1.0
 
 
-def _counts(one: Measurement, precision: str) -> bool:
-    """Whether a measurement tells the time of compiled code in a precision."""
-    configuration = one.configuration
-    return configuration.build is not None and configuration.is_safe and configuration.precision.name == precision
-
-
-def _of_terms(
-    errors: Mapping[Entry, EntryError], allowed: Mapping[Entry, float], guaranteed: Guaranteed
-) -> Contribution:
-    """The largest error of terms left out, by what was asked for."""
+def _of_terms(errors: Mapping[Entry, EntryError], allowed: Mapping[Entry, float], guaranteed: Evidence) -> Error:
+    """The largest error of omitted terms, by the requested evidence."""
     if not errors:
-        return Contribution(0.0, Guarantee.PROVEN)
-    proven = guaranteed is Guaranteed.PROVEN
+        return Error(0.0, Evidence.PROVEN)
+    proven = guaranteed is Evidence.PROVEN
     bounds = {place: x.bounded if proven else x.confident for place, x in errors.items() if place in allowed}
     largest = max((math.inf if x is None else x / allowed[place] for place, x in bounds.items()), default=0.0)
-    word = Guarantee.PROVEN if proven else Guarantee.CONFIDENT
-    return Contribution(largest, word if math.isfinite(largest) else Guarantee.NONE)
+    word = Evidence.PROVEN if proven else Evidence.CONFIDENT
+    return Error(largest, word if math.isfinite(largest) else Evidence.NONE)
 
 
-def _of_rounding(certificate: Certificate, function: Function, allowed: Mapping[Entry, float]) -> Contribution:
+def _of_rounding(certificate: Certificate, function: Function, allowed: Mapping[Entry, float]) -> Error:
     """The largest rounding error: proven if it is within the tolerances then, else at drawn states."""
     places = [(output.name, k) for output in function.program.outputs for k in range(len(output.entries))]
     pairs = [(x, allowed[place]) for x, place in zip(certificate.entries, places, strict=True) if place in allowed]
     proven = max((entry.error / most for entry, most in pairs), default=0.0)
     likely = max((entry.likely / most for entry, most in pairs), default=0.0)
     if proven <= 1:
-        return Contribution(proven, Guarantee.PROVEN)
-    return Contribution(likely, Guarantee.CONFIDENT if math.isfinite(likely) else Guarantee.NONE)
+        return Error(proven, Evidence.PROVEN)
+    return Error(likely, Evidence.CONFIDENT if math.isfinite(likely) else Evidence.NONE)

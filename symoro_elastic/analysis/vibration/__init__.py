@@ -3,7 +3,7 @@
 Feed-forward through its springs avoids exciting them.
 
 from symoro_elastic.formats import read_machine
-from symoro_elastic.analysis.vibration.energies import strain_shares
+from symoro_elastic.analysis.vibration.modes import strain_shares
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.analysis.vibration.feed_forward import feed_forward
 from symoro_elastic.analysis.vibration.linearization import linearize, with_motors

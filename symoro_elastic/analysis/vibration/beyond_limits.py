@@ -1,4 +1,4 @@
-"""Where a motion is beyond the limits of a machine."""
+"""Limits of a machine that a motion exceeds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Beyond:
-    """A limit of a joint that a motion leaves: first at time `t`, s, and by most at `value`, in `unit`."""
+    """An exceeded limit of a joint: first at time `t`, s, with the extreme `value`, in `unit`."""
 
     joint: str
     quantity: str
@@ -36,16 +36,16 @@ class Beyond:
 
 
 def beyond_limits(machine: Machine, t: Array, motion: Mapping[str, Mapping[str, Array]]) -> tuple[Beyond, ...]:
-    """Return the limits of a machine that a motion leaves, given at times t (N,) by quantity and joint, SI units."""
+    """Return the exceeded limits of a motion at times t (N,), by quantity and joint, SI units."""
     joints = {joint.name: joint for joint in machine.joints}
     limits = limits_of(machine).joints
-    each = ((joints[name], quantity) for name in limits for quantity in LIMITED if name in motion.get(quantity, {}))
-    found = (
+    pairs = ((joints[name], quantity) for name in limits for quantity in LIMITED if name in motion.get(quantity, {}))
+    exceeded = (
         _beyond(joint, quantity, allowed, t, motion[quantity][joint.name])
-        for joint, quantity in each
+        for joint, quantity in pairs
         if (allowed := getattr(limits[joint.name], quantity)) is not None
     )
-    return tuple(one for one in found if one)
+    return tuple(limit for limit in exceeded if limit)
 
 
 def of_joints(joints: Iterable[Joint], q: Array, qd: Array, qdd: Array) -> Iterator[tuple[str, dict[str, Array]]]:

@@ -1,4 +1,4 @@
-"""Feed-forward where motors follow from loops: the motion of the independent joints is prescribed, as of a platform.
+"""Feed-forward for motors on dependent joints: the motion of the independent joints is prescribed, as of a platform.
 
 A machine with motors at the independent joints in place of those that follow needs forces Gamma_u there; the motors
 themselves exert S_m^T tau (L3).
@@ -13,14 +13,13 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.models.bound.state import State
 from symoro_elastic.models.loops.plan import lacks_closed_form
-from symoro_elastic.models.motor_coordinates import dependent_motors
-from symoro_elastic.models.once import once_for_each_machine
-from symoro_elastic.models.state import State
-from symoro_elastic.numerics.closed_positions import JointCoordinates
-from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.numerics.motion.shared_motors import share_torques, shares
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.models.steps.time_steps import dependent_motors
+from symoro_elastic.models.tree.once import once_for_each_machine
+from symoro_elastic.numerics.evaluation.closed_positions import JointCoordinates
+from symoro_elastic.numerics.evaluation.values import given_values
+from symoro_elastic.numerics.motion.independent_joints import share_torques, shares, with_independent_motors
 
 ADVICE = "choose other dependent joints (dependent = [...]), or simulate the motion under servos"
 DETERMINED = 1e-9
@@ -68,7 +67,7 @@ def with_motors_on_load_joints(machine: Machine) -> Machine:
 
 
 def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, forces: Array) -> MotionOfMotors:
-    """Return what the motors of a machine do that exert `forces` (N, k) at the joints that are motors of `led`.
+    """Return positions, velocities and torques of motors that exert `forces` (N, k) at the motor joints of `led`.
 
     q, qd are states (N, n) at times t (N,). Torques of more motors than freedoms are weighed by `sharing` (L31). Raises
     `InputError` where motors cannot exert just these.
@@ -90,7 +89,7 @@ def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, for
 
 
 def _refuse_springs(machine: Machine, S_m: Array, heads: list[int]) -> None:
-    """Raise `InputError` for a spring on which motors on dependent joints act, S_m (N, m, n)."""
+    """Raise `InputError` for a spring that motors on dependent joints act on, S_m (N, m, n)."""
     largest = np.abs(S_m).max()
     for k in sorted(set(range(S_m.shape[2])).difference(heads)):
         if np.abs(S_m[:, :, k]).max() > DETERMINED * largest:
@@ -100,13 +99,11 @@ def _refuse_springs(machine: Machine, S_m: Array, heads: list[int]) -> None:
 
 
 def _refuse_singular(machine: Machine, led: Machine, t: Array, S_m: Array) -> None:
-    """Raise `InputError` where motors do not move every joint with a prescribed motion, S_m (N, m, k)."""
+    """Raise `InputError` if motors do not move every joint with a prescribed motion, S_m (N, m, k)."""
     names = ", ".join(joint.name for joint in led.motor_joints)
     motors, joints = S_m.shape[1:]
     if motors < joints:
-        what = (
-            f"feed-forward: {motors} motors cannot prescribe the motion of these {joints} joints: lock some in a scene"
-        )
+        what = f"feed-forward: {motors} motors cannot prescribe the motion of {joints} joints: lock some in a scene"
         raise machine.error(f"joints {names}", what)
     sizes = np.linalg.svd(np.nan_to_num(S_m, posinf=0.0, neginf=0.0), compute_uv=False)
     singular = ~(sizes[:, -1] > DETERMINED * sizes[:, 0])

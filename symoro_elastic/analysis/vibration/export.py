@@ -97,14 +97,14 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
 def labels(names: Sequence[str]) -> list[str]:
     """Return distinct names of letters, digits and `_`: `tool at (-0.1, 0, 0).x` is `tool_at_minus_0p1_0_0_x`.
 
-    Those that would still be alike are numbered.
+    Equal ones are numbered.
     """
     unique: list[str] = []
     for name in names:
         spelled = re.sub(r"(?<=\d)\.(?=\d)", "p", re.sub(r"(?<!\w)-", "minus ", name))
         label = re.sub(r"\W+", "_", spelled)
         numbered = (f"{label}_{k}" for k in count(2))
-        unique.append(next(each for each in chain([label], numbered) if each not in unique))
+        unique.append(next(candidate for candidate in chain([label], numbered) if candidate not in unique))
     return unique
 
 
@@ -140,15 +140,15 @@ def function_text(arrays: Mapping[str, Any], name: str, headline: str) -> str:
 
 def _value(value: Any) -> str:
     if isinstance(value, list):
-        return "{" + _filled(["'" + text.replace("'", "''") + "'" for text in value], ", ") + "}"
+        return "{" + _fill(["'" + text.replace("'", "''") + "'" for text in value], ", ") + "}"
     if not value.size:
         return f"zeros({', '.join(map(str, (*value.shape, 1)[:2]))})"
     if value.ndim == 1:
-        return "[" + _filled(list(map(_number, value)), "; ") + "]"
-    return "[" + ";\n        ".join(_filled(list(map(_number, row)), " ") for row in value) + "]"
+        return "[" + _fill(list(map(_number, value)), "; ") + "]"
+    return "[" + ";\n        ".join(_fill(list(map(_number, row)), " ") for row in value) + "]"
 
 
-def _filled(items: Sequence[str], between: str) -> str:
+def _fill(items: Sequence[str], between: str) -> str:
     """Items in lines, those after the first indented."""
     lines = [""]
     for item in items:

@@ -12,27 +12,36 @@ import numpy as np
 
 from symoro_elastic.analysis.time_series.writing import write_columns
 from symoro_elastic.analysis.vibration.driven_joints import MotionOfMotors, of_motors, with_motors_on_load_joints
-from symoro_elastic.analysis.vibration.left_out import LeftOut, cost, line, with_springs_held
+from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import modes
 from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refuse_numbers
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.machine.checks import require_fixed_base
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.named_cells import with_values
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, left_out_springs, motion_symbol, over_time
-from symoro_elastic.models.feed_forward_checks import damping_of
-from symoro_elastic.models.load_coordinates import chains, load_positions
-from symoro_elastic.models.motor_coordinates import dependent_motors
-from symoro_elastic.models.state import State
-from symoro_elastic.numerics.arrays import values_along
-from symoro_elastic.numerics.branch_crossings import refuse_lost
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.models.dynamics.feed_forward import (
+    OverTime,
+    damping_of,
+    deflection_symbol,
+    left_out_springs,
+    motion_symbol,
+    over_time,
+)
+from symoro_elastic.models.dynamics.load_coordinates import chains, load_positions
+from symoro_elastic.models.steps.time_steps import dependent_motors
+from symoro_elastic.numerics.evaluation.arrays import values_along
+from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
-from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.independent_joints import line_on_undetermined
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import reachable
@@ -43,6 +52,7 @@ GAUSS_POINTS = 6
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
 JUMPS = "has dry friction, none at rest: its torque jumps where it starts, stops or reverses"
+MOST_PLACES = 200
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +100,7 @@ class FeedForward(Result):
 
     @property
     def wanted(self) -> tuple[Joint, ...]:
-        """The joints with a prescribed motion, including that of the springs behind them."""
+        """Joints with a prescribed motion, including that of their load-side springs."""
         return (self.followed or self.machine).motor_joints
 
     @property
@@ -100,18 +110,18 @@ class FeedForward(Result):
 
 
 def orders(machine: Machine) -> dict[str, int]:
-    """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
+    """Return the required number of derivatives of the reference trajectory, by motor. Raises `InputError`."""
     require_fixed_base(machine, "feed-forward")
     led = with_motors_on_load_joints(machine)
-    kept = with_springs_held(led, left_out_springs(led))
-    return _orders(kept, over_time(kept))
+    reduced = with_springs_held(led, left_out_springs(led))
+    return _orders(reduced, over_time(reduced))
 
 
 def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
-    """Raise `InputError` where the motion of all joints and the derivatives of the motors' have no room."""
-    each = 3 * len(machine.independent) + sum(len(rows) + 1 for rows in reference.y.values())
+    """Raise `InputError` for motions and derivatives that exceed the memory limit."""
+    per_sample = 3 * len(machine.independent) + sum(len(rows) + 1 for rows in reference.y.values())
     what = f"{len(reference.t)} samples of {len(machine.independent)} joints"
-    refuse_numbers(each * len(reference.t), what, reference.source, "t", "give fewer, or a lower --sample-rate")
+    refuse_numbers(per_sample * len(reference.t), what, reference.source, "t", "give fewer, or a lower --sample-rate")
 
 
 def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
@@ -140,35 +150,35 @@ def feed_forward(
     """
     valued = with_values(machine, values) if values else machine
     led = with_motors_on_load_joints(valued)
-    found = _feed_forward(led, reference)
+    command = _feed_forward(led, reference)
     if led.motors == valued.motors:
-        return found
-    motors = of_motors(valued, led, found.t, found.q, found.qd, found.tau)
-    return replace(found, machine=valued, tau=motors.tau, followed=led, following=motors)
+        return command
+    motors = of_motors(valued, led, command.t, command.q, command.qd, command.tau)
+    return replace(command, machine=valued, tau=motors.tau, followed=led, following=motors)
 
 
 def _feed_forward(valued: Machine, reference: ReferenceTrajectory) -> FeedForward:
-    """Return the torques of motors that all own independent variables."""
+    """Return the torques of independent motors."""
     parameters = EquationsOfMotion(valued).parameters
     omitted = left_out_springs(valued)
-    kept = with_springs_held(valued, omitted)
-    solved = over_time(kept)
-    needed = _orders(kept, solved)
+    reduced = with_springs_held(valued, omitted)
+    solved = over_time(reduced)
+    needed = _orders(reduced, solved)
     refuse_few(reference, needed, valued)
     _refuse_large(valued, reference)
-    symbols: dict[str, Any] = {p.name: parameters[p.name] for p in kept.parameters}
-    for j in kept.motors:
-        name = kept.joint(j).name
+    symbols: dict[str, Any] = {p.name: parameters[p.name] for p in reduced.parameters}
+    for j in reduced.motors:
+        name = reduced.joint(j).name
         symbols |= {motion_symbol(j, k): reference.y[name][k] for k in range(needed[name] + 1)}
     for j, undamped in solved.lagging.items():
-        lag = damping_of(solved.bound, j) / solved.bound.cell(kept.joint(j).spring.stiffness)
+        lag = damping_of(solved.bound, j) / solved.bound.cell(reduced.joint(j).spring.stiffness)
         (tau,) = values_along([lag], symbols, 1)[0]
         deflection = lagging(reference.t, values_along(undamped, symbols, len(reference.t)), float(tau))
         symbols |= {deflection_symbol(j, k): x for k, x in enumerate(deflection)}
-    return _assembled(valued, reference, needed, solved, symbols, omitted)
+    return _assemble(valued, reference, needed, solved, symbols, omitted)
 
 
-def _assembled(
+def _assemble(
     valued: Machine,
     reference: ReferenceTrajectory,
     needed: Mapping[str, int],
@@ -176,7 +186,7 @@ def _assembled(
     symbols: Mapping[str, Any],
     omitted: list[str],
 ) -> FeedForward:
-    """Return torques and motion of all joints; those left out are at rest."""
+    """Return torques and motion of all joints; omitted ones are at rest."""
     bound = solved.bound
     N, motion = len(reference.t), EquationsOfMotion(valued)
     q, qd = np.tile(motion.neutral_positions(), (N, 1)), np.zeros((N, len(motion.joints)))
@@ -208,19 +218,19 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
 
 
 def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y: Mapping[int, Array]) -> Array:
-    """Return (N, m) how far motors at q (N,) are ahead of the motion y (N,) of their loads, without deflections."""
+    """Return (N, m) the lead of motors at q (N,) over the motion y (N,) of their loads, without deflections."""
     positions = load_positions(bound, chains(bound))
     variables = {name: q.get(j, 0.0) for name, j in bound.machine.variables.items()}
     columns = []
     for j, z in positions.items():
         gear = Differentiation([z]).by(bound.q[j]).of(z)
-        placed, turned = values_along([z, gear], {**parameters, **variables}, len(y[j]))
-        columns.append((placed - y[j]) / turned)
+        value, turned = values_along([z, gear], {**parameters, **variables}, len(y[j]))
+        columns.append((value - y[j]) / turned)
     return np.stack(columns, axis=1)
 
 
 def starts(machine: Machine) -> dict[str, float]:
-    """Return by motor where its load is at the start of the machine's loops, rad or m; 0 where no loop has one."""
+    """Return the load positions at the start of the machine's loops, by motor, rad or m; 0 without a start."""
     if not machine.loops:
         return {}
     led = with_motors_on_load_joints(machine)
@@ -228,43 +238,43 @@ def starts(machine: Machine) -> dict[str, float]:
     bound = Bound(with_springs_held(led, left_out_springs(led)))
     variables = dict(zip((str(joint.variable) for joint in motion.joints), motion.position_of_loops(), strict=True))
     positions = load_positions(bound, chains(bound))
-    found = values_along(list(positions.values()), {**motion.parameters, **variables}, 1)
-    return {led.joint(j).name: float(x) for j, (x,) in zip(positions, found, strict=True)}
+    values = values_along(list(positions.values()), {**motion.parameters, **variables}, 1)
+    return {led.joint(j).name: float(x) for j, (x,) in zip(positions, values, strict=True)}
 
 
 def refuse_few(reference: ReferenceTrajectory, needed: Mapping[str, int], machine: Machine) -> None:
-    """Raise `InputError` for a motor whose reference trajectory is not given, or with too few derivatives."""
+    """Raise `InputError` for a motor without a reference trajectory, or with too few derivatives."""
     for name, order in needed.items():
         if name not in reference.y:
             raise InputError(reference.source, f"y_{name}", f"missing: motor {name} of {machine.name} needs a motion")
-        given = reference.order(name)
-        if given < order:
+        order_given = reference.order(name)
+        if order_given < order:
             smooth = f"a spline of degree {order} or more (--degree {order + 1}: smooth torques)"
             lacking = f"columns up to {reference.columns}{'d' * order}_{name}, or positions alone and {smooth}"
             why = f" ({reference.doubts[name][1]})" if reference.columns and name in reference.doubts else ""
-            what = f"{given} derivatives of its motion are given{why}, {FEED_FORWARD} needs {order}"
+            what = f"{order_given} derivatives of its motion are given{why}, {FEED_FORWARD} needs {order}"
             raise InputError(reference.source, name, f"{what}: give {lacking if reference.columns else smooth}")
 
 
 def notes(command: FeedForward) -> list[str]:
     """Return lines about doubtful derivatives, dry friction, and a trajectory that does not begin or end at rest."""
     doubts = command.reference.doubts.items()
-    said = [line(command.left_out)] if command.left_out else []
-    said += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
-    said += _shared(command)
-    said += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
+    lines = [line(command.left_out)] if command.left_out else []
+    lines += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
+    lines += _notes_on_shared_torques(command)
+    lines += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
             y = command.reference.y[name]
             moving = [k for k in range(1, order) if abs(y[k, row]) > IN_MOTION * np.abs(y[k]).max()]
             if moving:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
-                said.append(f"{name} {word} in motion: {what}")
-    return said
+                lines.append(f"{name} {word} in motion: {what}")
+    return lines
 
 
-def _shared(command: FeedForward) -> list[str]:
-    """Return a line where motors outnumber the prescribed joints, and no file gives weights of their torques."""
+def _notes_on_shared_torques(command: FeedForward) -> list[str]:
+    """Return a note if motors outnumber the prescribed joints, and no file states weights of their torques."""
     if command.following is None or len(command.motors) == len(command.wanted):
         return []
     return line_on_undetermined(
@@ -273,7 +283,7 @@ def _shared(command: FeedForward) -> list[str]:
 
 
 def _with_dry_friction(machine: Machine) -> list[str]:
-    """Return the motors that have dry friction that jumps."""
+    """Return the motors with discontinuous dry friction."""
     laws = ((joint.name, joint.friction) for joint in machine.motor_joints)
     return [name for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
 
@@ -299,7 +309,7 @@ def lagging(t: Array, u: Array, tau: float) -> Array:
     starts = u[-1, 0] * np.ones(len(u))
     for k in range(len(u) - 2, -1, -1):
         starts[k] = u[k, 0] - tau * starts[k + 1]
-    return np.stack([_integrated(t, p, starts[k], tau) for k, p in enumerate(_cubics(t, u))])
+    return np.stack([_integrate(t, p, starts[k], tau) for k, p in enumerate(_cubics(t, u))])
 
 
 def _cubics(t: Array, u: Array) -> list[Array]:
@@ -309,23 +319,22 @@ def _cubics(t: Array, u: Array) -> list[Array]:
     return [curve.c[::-1] for curve in (*below, interpolate.CubicSpline(t, u[-1]))]
 
 
-def _integrated(t: Array, p: Array, start: float, tau: float) -> Array:
+def _integrate(t: Array, p: Array, start: float, tau: float) -> Array:
     h = np.diff(t)
-    left = np.exp(-h / tau)
-    gained = np.where(h > tau, _by_series(p, h, tau, left), _by_quadrature(p, h, tau))
+    decay_factors = np.exp(-h / tau)
+    gained = np.where(h > tau, _by_series(p, h, tau, decay_factors), _by_quadrature(p, h, tau))
     q = [start]
-    for decay, gain in zip(left.tolist(), gained.tolist(), strict=True):
+    for decay, gain in zip(decay_factors.tolist(), gained.tolist(), strict=True):
         q.append(decay * q[-1] + gain)
     return np.array(q)
 
 
-def _by_series(p: Array, h: Array, tau: float, left: Array) -> Array:
+def _by_series(p: Array, h: Array, tau: float, decay: Array) -> Array:
     """Return r(h) - r(0) exp(-h/tau)."""
     r = p.copy()
     for k in (2, 1, 0):
         r[k] = p[k] - tau * (k + 1) * r[k + 1]
-    gained: Array = _value(r, h) - r[0] * left
-    return gained
+    return np.asarray(_value(r, h) - r[0] * decay)
 
 
 def _by_quadrature(p: Array, h: Array, tau: float) -> Array:
@@ -339,5 +348,61 @@ def _by_quadrature(p: Array, h: Array, tau: float) -> Array:
 
 
 def _value(p: Array, s: Array) -> Array:
-    value: Array = ((p[3] * s + p[2]) * s + p[1]) * s + p[0]
-    return value
+    return np.asarray(((p[3] * s + p[2]) * s + p[1]) * s + p[0])
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Omitted springs: by name the largest deflection by loads of the motion, rad or m.
+
+    The deflection is that of a load that changes slowly. `frequency` is the lowest that these springs vibrate at, Hz,
+    with all else held, at the start; None where there is none.
+    """
+
+    deflections: Mapping[str, float]
+    units: Mapping[str, str]
+    frequency: float | None
+
+
+def with_springs_held(machine: Machine, names: list[str]) -> Machine:
+    """Return the machine with these springs locked at their neutral positions."""
+    if not names:
+        return machine
+    return restrict(machine, Scene(locked={j.name: j.spring.neutral for j in machine.joints if j.name in names}))
+
+
+def cost(machine: Machine, names: list[str], t: Array, q: Array, qd: Array) -> LeftOut | None:
+    """Return the cost of omitting springs on a motion, t (N,), q and qd (N, n) of all moving joints."""
+    if not names:
+        return None
+    motion = EquationsOfMotion(machine)
+    rows = [motion.names.index(name) for name in names]
+    qdd = np.gradient(qd, t, axis=0)
+    places = np.unique(np.linspace(0, len(t) - 1, MOST_PLACES).astype(int))
+    loads = np.array([motion.forces(q[k], qd[k], qdd[k])[rows] for k in places])
+    stiffness = dict(zip(motion.springs, motion.spring_stiffnesses(q[0]), strict=True))
+    bent = np.abs(loads).max(axis=0) / [stiffness[name] for name in names]
+    units = {name: motion.joints[row].unit for name, row in zip(names, rows, strict=True)}
+    return LeftOut(dict(zip(names, bent.tolist(), strict=True)), units, _frequency(machine, names, q[0], motion.names))
+
+
+def _frequency(machine: Machine, names: list[str], start: Array, joints: list[str]) -> float | None:
+    """Return the lowest frequency of springs with all other joints locked, Hz."""
+    remaining = [j.name for j in machine.joints if j.kind is Kind.ELASTIC and j.name not in names]
+    motion = EquationsOfMotion(with_springs_held(machine, remaining))
+    motors = [motion.names[k] for k in motion.motors]
+    at = {name: float(start[joints.index(name)]) for name in motors}
+    try:
+        state = equilibrium(motion, at)
+        frequencies = modes(with_motors(linearize(motion, state, (), ()), motors)).frequencies
+    except InputError:
+        return None
+    return float(frequencies[frequencies > 0].min()) if (frequencies > 0).any() else None
+
+
+def line(cost: LeftOut) -> str:
+    """Return a line with the omitted springs and the cost."""
+    bent = ", ".join(f"{name} {x:.3g} {cost.units[name]}" for name, x in cost.deflections.items())
+    sentence = "no motor controls these springs, so they are held at their neutral positions; the loads of this "
+    sentence += f"motion would bend them by {bent}"
+    return sentence if cost.frequency is None else f"{sentence}; they vibrate from {cost.frequency:.4g} Hz"

@@ -1,4 +1,4 @@
-"""Motions of springs and passive joints where motors move along given curves: initial value problems."""
+"""Motions of springs and passive joints for prescribed motors: initial value problems."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class MotorCurve:
         return cls(breaks, np.array(rates))
 
     def with_rates(self) -> Any:
-        """Return the function of time that gives q, qd, qdd, (3, m), or (N, 3, m) at times (N,)."""
+        """Return a function of time with values q, qd, qdd, (3, m), or (N, 3, m) at times (N,)."""
         blocks = [self.coefficients]
         for _ in range(2):
             powers = np.arange(len(self.coefficients) - 1, -1, -1)[:, None, None]
@@ -62,28 +62,28 @@ def motion_between_motors(
     """
     refuse_sticking(motion)
     n, motors = len(motion.joints), motion.motors
-    others = [k for k in range(n) if k not in motors]
+    dependent = [k for k in range(n) if k not in motors]
     inverse = InverseModel(motion)
-    moved, m = curve.with_rates(), len(others)
+    moved, m = curve.with_rates(), len(dependent)
 
-    def placed(t: Any, y: Array) -> tuple[Array, Array, Array]:
+    def states_at(t: Any, y: Array) -> tuple[Array, Array, Array]:
         q, qd = np.zeros((2, *np.shape(t), n))
-        given = moved(t)
-        q[..., motors], qd[..., motors] = given[..., 0, :], given[..., 1, :]
-        q[..., others], qd[..., others] = y[..., :m], y[..., m:]
-        return q, qd, inverse(q, qd, given[..., 2, :])[1]
+        motor_motion = moved(t)
+        q[..., motors], qd[..., motors] = motor_motion[..., 0, :], motor_motion[..., 1, :]
+        q[..., dependent], qd[..., dependent] = y[..., :m], y[..., m:]
+        return q, qd, inverse(q, qd, motor_motion[..., 2, :])[1]
 
     def rate(t: float, y: Array) -> Array:
-        return np.concatenate([y[m:], placed(t, y)[2][others]])
+        return np.concatenate([y[m:], states_at(t, y)[2][dependent]])
 
-    rest = np.concatenate([start.q[others], np.zeros(m)])
-    return placed(times, _integrated(rate, rest, times, source, progress))
+    initial = np.concatenate([start.q[dependent], np.zeros(m)])
+    return states_at(times, _integrate(rate, initial, times, source, progress))
 
 
-def _integrated(
+def _integrate(
     rate: Callable[[float, Array], Array], first: Array, times: Array, source: str, progress: Progress
 ) -> Array:
-    """Return y (N, ...) of y' = rate(t, y) at times (N,); raises `InputError` where steps get too small or many."""
+    """Return y (N, ...) of y' = rate(t, y) at times (N,); raises `InputError` for too small or too many steps."""
     states = np.tile(first, (len(times), 1))
     if not len(first):
         return states
@@ -105,7 +105,7 @@ def _integrated(
 
 
 def refuse_sticking(motion: EquationsOfMotion) -> None:
-    """Raise `InputError` where dry friction without creep acts on a joint that motors alone do not move.
+    """Raise `InputError` for dry friction without creep on a joint other than a motor's.
 
     It sticks, and no step is small enough.
     """
@@ -124,7 +124,7 @@ def refuse_sticking(motion: EquationsOfMotion) -> None:
 
 
 def refuse_swings(seconds: float, fastest: float, source: str, place: str) -> None:
-    """Raise `InputError` for a motion of some seconds that is longer than can be followed; `fastest` in rad/s."""
+    """Raise `InputError` for a motion of too many periods; `fastest` in rad/s."""
     hertz = fastest / (2 * math.pi)
     if seconds * hertz > MOST_SWINGS:
         what = f"{seconds:.4g} s at {hertz:.4g} Hz is too long to integrate: cut it to {MOST_SWINGS / hertz:.3g} s"

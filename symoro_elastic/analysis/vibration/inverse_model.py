@@ -1,4 +1,4 @@
-"""The paper's inverse model along motions of a machine, loops without closed form assembled from place to place."""
+"""The paper's inverse model along motions of a machine; loops without closed form are assembled successively."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.models.bound.state import DEPENDENT, State, closing_models
 from symoro_elastic.models.loops.plan import lacks_closed_form
-from symoro_elastic.models.state import DEPENDENT, State, closing_models
-from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
-from symoro_elastic.numerics.motion.shared_motors import share_torques, shares
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.numerics.motion.independent_joints import share_torques, shares
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from symoro_elastic.symbolic.arithmetic import evaluate
 
 STEP, FINEST = 0.05, 64
@@ -44,13 +44,13 @@ class InverseModel:
         self._known: tuple[Array, Array] | None = None
 
     def __call__(self, q: Array, qd: Array, qdd_motor: Array) -> tuple[Array, Array]:
-        """Return what motors exert on their coordinates (..., motors), N m or N, and accelerations (..., n)."""
-        state = self._closed(State({"q": q, "qd": qd, "qdd_motor": qdd_motor}))
+        """Return the torques of motors in their coordinates (..., motors), N m or N, and accelerations (..., n)."""
+        state = self._close_loops(State({"q": q, "qd": qd, "qdd_motor": qdd_motor}))
         tau, qdd = state.results(self._model.inverse_dynamics)
         return tau, qdd
 
     def torques(self, q: Array, tau: Array) -> Array:
-        """Return the torques (N, m) of all motors that exert tau (N, motors) at q (N, n); some share it (L31)."""
+        """Return the torques (N, m) of all motors equal to tau (N, motors) at q (N, n), shared by weights (L31)."""
         motion = self.motion
         if not motion.followers:
             return tau
@@ -70,26 +70,26 @@ class InverseModel:
     def _along(self, roots: Sequence[Scalar], q: Array, qd: Array, qdd: Array) -> Array:
         """Return values (N, roots) of expressions of the machine's graph at states (N, n)."""
         names, symbols = self.motion.bound.arguments(), dict[str, Any](self.motion.parameters)
-        for key, block in self._closed(State({"q": q, "qd": qd, "qdd": qdd})).blocks.items():
+        for key, block in self._close_loops(State({"q": q, "qd": qd, "qdd": qdd})).blocks.items():
             symbols |= zip(names[key], block.T, strict=True)
         value = evaluate(roots, symbols, arithmetic(float))
-        found = np.zeros((len(q), len(roots)))
+        values = np.zeros((len(q), len(roots)))
         for column, x in enumerate(roots):
-            found[:, column] = value(x)
-        return found
+            values[:, column] = value(x)
+        return values
 
-    def _closed(self, state: State) -> State:
-        """Return the state with its loops closed, each from the one before."""
+    def _close_loops(self, state: State) -> State:
+        """Return the state with its loops closed, each from the previous one."""
         if not lacks_closed_form(self.machine):
             return state
         q = state.q
         if self._known is None or self._known[0] is not q:
-            found = np.array([self._assembled(place) for place in q.reshape(-1, q.shape[-1])])
-            self._known = q, found.reshape(*q.shape[:-1], found.shape[1])
+            closed = np.array([self._assemble(place) for place in q.reshape(-1, q.shape[-1])])
+            self._known = q, closed.reshape(*q.shape[:-1], closed.shape[1])
         return state.with_blocks(**{DEPENDENT: self._known[1]})
 
-    def _assembled(self, q: Array) -> Array:
-        """Return the dependent variables at q, from the last position on; raises `InputError` where loops are open."""
+    def _assemble(self, q: Array) -> Array:
+        """Return the dependent variables at q, from the last position; raises `InputError` for open loops."""
         start = start_of(self.machine)
         last, at = self._position or (start.q, start.q_dep)
         step, done = 1 / max(1, math.ceil(float(np.abs(q - last).max()) / STEP)), 0.0
@@ -113,7 +113,7 @@ class InverseModel:
 
 
 def _driven_by_independent(motion: EquationsOfMotion) -> Machine:
-    """Return the machine in which motors that move with others are passive: it moves as before."""
+    """Return the machine with dependent motors passive: its motion stays the same."""
     joints = list(motion.given.joints)
     for j in motion.followers:
         joints[j - 1] = replace(joints[j - 1], kind=Kind.PASSIVE, sharing=ZERO)

@@ -4,23 +4,33 @@
 
 K = dr/dq holds springs, gravity and what velocities, accelerations and wrenches add; D = dr/dqd friction,
 dampers and gyroscopic terms; M = A [8].
+
+Derivatives by parameters of M, D, K, F and C, and through them of responses, poles and damping ratios.
+
+    dG/dp = C Z^-1 (dF - dZ Z^-1 F) + dC Z^-1 F,    dZ = s^2 dM + s dD + dK,    Z = s^2 M + s D + K
+    d lambda/dp = -psi^T dZ(lambda) phi / psi^T (2 lambda M + D) phi,    Z phi = 0, Z^T psi = 0
+
+All are total: an equilibrium that was solved for moves with p, dq/dp = -K^-1 dr/dp, and M, D, K, F, C with it. They are
+exact, by dual numbers over the equations of motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.mechanics.coordinates import product
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.independent_joints import line_on_undetermined
 from symoro_elastic.numerics.motion.inertia import refuse_singular
-from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
 from symoro_elastic.numerics.motion.signals import (
     FrameSignal,
     Signal,
@@ -35,6 +45,13 @@ LARGEST = 1e100
 """Of inertia, damping and stiffness, SI units: far above all machines, and far from overflow."""
 REST_TOLERANCE = 1e-9
 """A velocity or an acceleration up to here is rounding, SI units."""
+
+
+DISPLACED = 2.0**-40
+"""Relative displacement of a frequency at which a dynamic stiffness is singular to the last digit."""
+BLOCK = 256
+REPEATED = 1e-7
+"""Of the largest singular value of Z at a pole, below which the second smallest is that of another pole there."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +92,7 @@ class Linearization(Result):
     gains: Array
 
     def __post_init__(self) -> None:
-        """Raise `InputError` for numbers on which the eigenvalues would overflow."""
+        """Raise `InputError` for numbers at which eigenvalues would overflow."""
         for name, matrix in (("M", self.M), ("D", self.D), ("K", self.K)):
             largest = np.abs(matrix).max(initial=0.0)
             if not largest <= LARGEST:
@@ -110,39 +127,39 @@ class Linearization(Result):
 
     @property
     def _play(self) -> Iterator[str]:
-        """Lines about springs that stand within their backlash, which makes them soft."""
+        """Lines about springs within their backlash, where they are soft."""
         motion = self.motion
         for name, x in zip(motion.names, self.state.q, strict=True):
-            joint = next(one for one in motion.machine.joints if one.name == name)
+            joint = next(row for row in motion.machine.joints if row.name == name)
             within = joint.spring.backlash.value(motion.parameters) / 2
             if abs(x - joint.spring.neutral.value(motion.parameters)) < within:
                 yield f"{name} stands within its backlash, where its spring hardly acts: loads press it to a side"
 
     @property
     def _bristles(self) -> Iterator[str]:
-        """A line about dry friction with states, which holds joints that hardly move as a spring does."""
+        """A line about dry friction with states, which holds nearly motionless joints like a spring."""
         names = [self.motion.given.joint(j).name for j in self.motion.given.bristles]
         if names:
             yield f"bristles of dry friction are left out: {', '.join(names)}; joints that hardly move are stiffer"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Lines about the state, and one for each motor that is held."""
+        """Lines about the state, and one for each locked motor."""
         return *self.doubts, *(f"{name} is held: its torque and its encoder are not signals" for name in self.held)
 
     @property
     def held(self) -> tuple[str, ...]:
-        """Names of the motors that are held, and of those that move with these."""
+        """Names of the locked motors, and of motors coupled to them."""
         return tuple(name for name, row in zip(self.motion.motor_names, self.motors, strict=True) if not row.any())
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether K is symmetric to rounding, so that a potential energy exists."""
+        """Whether K is symmetric within rounding, so that a potential energy exists."""
         return bool(np.abs(self.K - self.K.T).max(initial=0.0) <= 1e-12 * np.abs(self.K).max(initial=0.0))
 
     @cached_property
     def space(self) -> StateSpace:
-        """A, B, C, D of the state [dq; dqd]; raises `InputError` where M is not positive definite."""
+        """A, B, C, D of the state [dq; dqd]; raises `InputError` if M is not positive definite."""
         refuse_singular(self.motion, self.M, self.kept)
         n = len(self.kept)
         solved = np.linalg.solve(self.M, np.hstack([-self.K, -self.D, self.F]))
@@ -158,11 +175,36 @@ class Linearization(Result):
             self.outputs,
         )
 
+    def displacements(self, s: ComplexArray, forces: AnyArray, transposed: bool = False) -> ComplexArray:
+        """Return Z^-1 F (frequencies, n, m), or Z^-T F, at complex rates s, as `moved_by` does."""
+        M, D, K = ((x.T if transposed else x) for x in (self.M, self.D, self.K))
+        return moved_by(lambda s: s[:, None, None] ** 2 * M + s[:, None, None] * D + K, s, forces)
+
     @property
     def headline(self) -> str:
         """Machine, coordinates, inputs and outputs."""
         signals = f"{len(self.inputs)} inputs, {len(self.outputs)} outputs"
         return f"Linearization of {self.motion.machine.name}: {len(self.kept)} coordinates, {signals}"
+
+
+def moved_by(stiffness: Callable[[ComplexArray], ComplexArray], s: ComplexArray, forces: AnyArray) -> ComplexArray:
+    """Return Z(s)^-1 F (frequencies, n, m) of a dynamic stiffness (frequencies, n, n) at complex rates s, F (n, m).
+
+    F may differ by frequency, (frequencies, n, m). On an undamped resonance, where Z is singular, it is that of a
+    frequency next to it: finite, and of the right sign. NaN where Z is singular there, too, as of a motion that nothing
+    holds back at 0 Hz.
+    """
+    forces = np.broadcast_to(forces, (len(s), *forces.shape[-2:])).astype(complex)
+    for there in (s, s * (1 + DISPLACED)) if len(s) == 1 else (s,):
+        try:
+            return np.asarray(np.linalg.solve(stiffness(there), forces), dtype=complex)
+        except np.linalg.LinAlgError:
+            pass
+    if len(s) == 1:
+        return np.full_like(forces, np.nan)
+    half = len(s) // 2
+    parts = [moved_by(stiffness, s[part], forces[part]) for part in (slice(half), slice(half, None))]
+    return np.concatenate(parts)
 
 
 def linearize(
@@ -191,14 +233,13 @@ def linearize(
 
 
 def root_of(motion: EquationsOfMotion, signal: Signal, at_rest: bool = False) -> Scalar:
-    """Return the expression of the velocity behind a signal, of the acceleration behind one that is an acceleration.
+    """Return the expression of the velocity of a signal; of its acceleration for a signal of accelerations.
 
     That of a velocity by qd is the Jacobian J, and J^T a unit wrench on the coordinates, or S_m^T a unit torque (L3).
     `at_rest` it is the velocity for all signals, as the acceleration there is J qdd.
     """
     if isinstance(signal, FrameSignal):
-        point = motion.points.index((signal.number, signal.at)) if signal.at else None
-        row, blocks = motion.row_of(signal.number, point) + signal.component, motion.frame_motions
+        row, blocks = motion.row_of(signal.number, signal.at) + signal.component, motion.frame_motions
     else:
         row, blocks = motion.machine.with_variable.index(signal.number), motion.joint_coordinate_rates
     root: Scalar = blocks[signal.order == 2 and not at_rest][row]
@@ -218,39 +259,184 @@ def with_motors(
     `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
     are not signals any more. Raises `InputError` for joints without motor.
     """
-    motion, kept = linear.motion, list(linear.kept)
-    fixed = _held(linear, held)
+    motion, retained = linear.motion, list(linear.kept)
+    fixed = _fixed_entries(linear, held)
     K, D, springs = linear.K.copy(), linear.D.copy(), linear.gains.copy()
     for name, (kp, kd) in (gains or {}).items():
         m = motion.motor(name, "--pd")
         if not np.isfinite([kp, kd]).all():
             raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are not numbers to compute with")
         row = linear.motors[m]
-        if not row[[k not in fixed for k in kept]].any():
+        if not row[[k not in fixed for k in retained]].any():
             raise InputError(motion.source, "--pd", f"{name} is held: remove --hold or --pd")
         K += kp * np.outer(row, row)
         D += kd * np.outer(row, row)
         springs[m] += kp, kd
-    rows = [row for row, k in enumerate(kept) if k not in fixed]
+    rows = [row for row, k in enumerate(retained) if k not in fixed]
     motors = linear.motors[:, rows]
     still = joint_signals(name for name, row in zip(motion.motor_names, motors, strict=True) if not row.any())
     ins, outs = ([c for c, name in enumerate(names) if name not in still] for names in (linear.inputs, linear.outputs))
-    square, seen = np.ix_(rows, rows), np.ix_(outs, rows)
+    square, of_outs = np.ix_(rows, rows), np.ix_(outs, rows)
     return replace(
-        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[np.ix_(rows, ins)], Cq=linear.Cq[seen],
-        Cv=linear.Cv[seen], Ca=linear.Ca[seen], kept=tuple(kept[row] for row in rows), motors=motors, gains=springs,
-        inputs=tuple(linear.inputs[c] for c in ins), outputs=tuple(linear.outputs[c] for c in outs),
+        linear, M=linear.M[square], D=D[square], K=K[square], F=linear.F[np.ix_(rows, ins)], Cq=linear.Cq[of_outs],
+        Cv=linear.Cv[of_outs], Ca=linear.Ca[of_outs], kept=tuple(retained[k] for k in rows), motors=motors,
+        gains=springs, inputs=tuple(linear.inputs[c] for c in ins), outputs=tuple(linear.outputs[c] for c in outs),
     )  # fmt: skip
 
 
-def _held(linear: Linearization, names: Collection[str]) -> set[int]:
-    """Return the indices in q that are fixed if some motors are; raises `InputError` where a motor still moves."""
+def _fixed_entries(linear: Linearization, names: Collection[str]) -> set[int]:
+    """Return the indices in q that locked motors fix; raises `InputError` if a motor still moves."""
     motion = linear.motion
-    held = [motion.motor(name, "--hold") for name in names]
-    slopes = linear.motors[held]
+    locked = [motion.motor(name, "--hold") for name in names]
+    slopes = linear.motors[locked]
     fixed = {k for column, k in enumerate(linear.kept) if slopes[:, column].any()}
-    if held and len(fixed) > np.linalg.matrix_rank(slopes):
+    if locked and len(fixed) > np.linalg.matrix_rank(slopes):
         moving = ", ".join(motion.names[k] for k in sorted(fixed))
         what = f"{', '.join(names)} alone would leave {moving} free to move together: hold them all"
         raise InputError(motion.source, "--hold", what)
     return fixed
+
+
+@dataclass(frozen=True)
+class LinearSlopes:
+    """Derivatives of the matrices of a linearization by parameters `names`, which are their first axis.
+
+    M, D, K (p, n, n), F (p, n, inputs), C (3, p, outputs, n) of Cq, Cv, Ca, motors (p, m, n); SI units by the unit of
+    the parameter.
+    """
+
+    linear: Linearization
+    names: tuple[str, ...]
+    M: Array
+    D: Array
+    K: Array
+    F: Array
+    C: Array
+    motors: Array
+
+
+def linear_slopes(linear: Linearization, names: Sequence[str] = ()) -> LinearSlopes:
+    """Return the derivatives of M, D, K, F, Cq, Cv, Ca by parameters, all of them unless some are named.
+
+    Controllers of motors are in D and K; a damping ratio that was added to every mode is not. Raises `InputError` for
+    unknown names, and for a state that moves: how a parameter changes its accelerations is not followed.
+    """
+    motion, k, n = linear.motion, len(linear.kept), len(linear.motion.joints)
+    if linear.unrest:
+        what = f"derivatives by parameters are those of equilibria, and this state is {linear.unrest[0]}"
+        raise InputError(motion.source, "sensitivity", what)
+    chosen = chosen_parameters(motion, names)
+    roots = _velocities(linear)
+    rows, retained = len(roots), np.eye(n)[:, list(linear.kept)]
+    # Columns: M, D and K, the changes of r along qdd, qd and q; then those of velocities along qd, their Jacobian.
+    adjoint = np.zeros((n + rows, 3 * k * k + rows * k))
+    adjoint[:n, : 3 * k * k] = np.tile(np.repeat(retained, k, axis=1), 3)
+    adjoint[n:, 3 * k * k :] = np.repeat(np.eye(rows), k, axis=1)
+    along, none = np.tile(retained, k), np.zeros((n, k * k))
+    nothing, jacobian = np.zeros((n, rows * k)), np.tile(retained, rows)
+    dq, dqd, dqdd = (
+        np.hstack([*(along if block == order else none for block in range(3)), jacobian if order == 1 else nothing])
+        for order in range(3)
+    )
+    by_name = motion.parameter_slopes(linear.state, adjoint, dq, dqd, dqdd, [*motion.residual, *roots])
+    derivatives = np.array([by_name[name] for name in chosen]).reshape(len(chosen), adjoint.shape[1])
+    K, D, M = derivatives[:, : 3 * k * k].reshape(len(chosen), 3, k, k).transpose(1, 0, 2, 3)
+    F, C, motors = _row_slopes(linear, derivatives[:, 3 * k * k :].reshape(len(chosen), rows, k))
+    for row, slopes, (kp, kd) in zip(linear.motors, motors.transpose(1, 0, 2), linear.gains, strict=True):
+        if kp or kd:
+            both = slopes[:, :, None] * row
+            both += both.transpose(0, 2, 1)
+            K, D = K + kp * both, D + kd * both
+    return LinearSlopes(linear, chosen, (M + M.transpose(0, 2, 1)) / 2, D, K, F, C, motors)
+
+
+def chosen_parameters(motion: EquationsOfMotion, names: Sequence[str]) -> tuple[str, ...]:
+    """Return parameters by name, all unless some are named; raises `InputError` for unknown names."""
+    for name in names:
+        if name not in motion.parameters:
+            what = f"no parameter {quote(name)}{did_you_mean(name, motion.parameters)}"
+            raise InputError(motion.source, "sensitivity", what)
+    return tuple(names or motion.parameters)
+
+
+def _velocities(linear: Linearization) -> list[Scalar]:
+    """Return the expressions of velocities of inputs and outputs, and of motors."""
+    motion = linear.motion
+    signals = (*inputs(motion.given, linear.inputs), *outputs(motion.given, linear.outputs))
+    return [root_of(motion, s, at_rest=True) for s in signals] + [
+        _motor_rate(motion, m) for m in range(len(linear.motors))
+    ]
+
+
+def _row_slopes(linear: Linearization, slopes: Array) -> tuple[Array, Array, Array]:
+    """Return the derivatives of F, of C, and of the rows of motors (p, m, n), from those of velocities (p, rows, n)."""
+    p, _, k = slopes.shape
+    ins, outs = len(linear.inputs), outputs(linear.motion.given, linear.outputs)
+    C = np.zeros((3, p, len(outs), k))
+    for o, s in enumerate(outs):
+        C[s.order, :, o] = slopes[:, ins + o]
+    return slopes[:, :ins].transpose(0, 2, 1), C, slopes[:, ins + len(outs) :]
+
+
+def _motor_rate(motion: EquationsOfMotion, m: int) -> Scalar:
+    """Return the expression of the rate of a motor."""
+    j, coordinates = motion.machine.motors[m], motion.bound.coordinates
+    return product(coordinates.S_x[j] if j in motion.machine.with_variable else coordinates.S[j], motion.bound.qd)
+
+
+def response_slopes(slopes: LinearSlopes, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return G (f, outputs, inputs) and its derivatives (p, f, outputs, inputs) at frequencies in Hz, SI units.
+
+    Frequencies f - i a/(2 pi) are s = 2 pi i f + a. On an undamped resonance both are those of a frequency next to it.
+    """
+    s = np.asarray(2j * np.pi * np.asarray(frequencies), dtype=complex)
+    parts = [_response_slopes(slopes, s[first : first + BLOCK]) for first in range(0, len(s), BLOCK)]
+    return np.concatenate([G for G, _ in parts]), np.concatenate([dG for _, dG in parts], axis=1)
+
+
+def _response_slopes(slopes: LinearSlopes, s: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    linear, s_ = slopes.linear, s[:, None, None]
+    C = linear.Cq + s_ * linear.Cv + s_ * s_ * linear.Ca
+    moved = linear.displacements(s, linear.F)
+    G: ComplexArray = C @ moved
+    if not slopes.names:
+        return G, np.zeros((0, *G.shape), dtype=complex)
+    adjoint = linear.displacements(s, C.transpose(0, 2, 1), transposed=True).transpose(0, 2, 1)
+    dG = np.zeros((len(slopes.names), *G.shape), dtype=complex)
+    for power, changed in enumerate((slopes.K, slopes.D, slopes.M)):
+        for k, rows in ((k, np.flatnonzero(matrix.any(axis=1))) for k, matrix in enumerate(changed)):
+            columns = np.flatnonzero(changed[k].any(axis=0))
+            if len(rows):
+                inner = changed[k][np.ix_(rows, columns)] @ moved[:, columns]
+                dG[k] -= s_**power * (adjoint[:, :, rows] @ inner)
+    for k in np.flatnonzero(slopes.F.any(axis=(1, 2))).tolist():
+        dG[k] += adjoint @ slopes.F[k]
+    for power, changed in enumerate(slopes.C):
+        for k in np.flatnonzero(changed.any(axis=(1, 2))).tolist():
+            dG[k] += s_**power * (changed[k] @ moved)
+    return G, dG
+
+
+def pole_slopes(slopes: LinearSlopes, poles: ComplexArray) -> ComplexArray:
+    """Return the derivatives (p, k) of simple poles (k,), rad/s; NaN for repeated poles.
+
+    phi and psi are singular vectors of Z, scaled so that M has a diagonal of ones.
+    """
+    linear, lam = slopes.linear, np.asarray(poles, dtype=complex)[:, None, None]
+    scale = 1 / np.sqrt(np.diag(linear.M))
+    Z = (lam * lam * linear.M + lam * linear.D + linear.K) * np.outer(scale, scale)
+    U, sizes, Vh = np.linalg.svd(Z)
+    phi, psi = scale * Vh[:, -1].conj(), scale * U[:, :, -1].conj()
+    changed = [np.einsum("ka,pab,kb->pk", psi, matrix, phi, optimize=True) for matrix in (slopes.K, slopes.D, slopes.M)]
+    below = np.einsum("ka,kab,kb->k", psi, 2 * lam * linear.M + linear.D, phi)
+    if sizes.shape[1] > 1:
+        below = np.where(sizes[:, -2] > REPEATED * sizes[:, 0], below, np.nan)
+    lam = lam[:, 0, 0]
+    return np.asarray(-(changed[0] + lam * changed[1] + lam * lam * changed[2]) / below)
+
+
+def ratio_slopes(poles: ComplexArray, slopes: ComplexArray) -> tuple[Array, Array]:
+    """Return the derivatives of frequencies |lambda| / 2 pi, Hz, and of damping ratios -Re lambda / |lambda|."""
+    size = np.abs(poles)
+    grown = (poles.conj() * slopes).real / size
+    return grown / (2 * np.pi), -(slopes.real - poles.real * grown / size) / size

@@ -17,18 +17,25 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.analysis.vibration.slopes import chosen_parameters, linear_slopes, pole_slopes, ratio_slopes
+from symoro_elastic.analysis.vibration.linearization import (
+    Linearization,
+    chosen_parameters,
+    linear_slopes,
+    pole_slopes,
+    ratio_slopes,
+)
 from symoro_elastic.foundation.array_types import Array, ComplexArray, IndexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.numerics.motion.inertia import MATRIX_ROUNDING, refuse_singular
 
 LEAST_DAMPING = 1e-12
 """Damping ratios up to here are rounding."""
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
+GRAVITY_AND_LOADS = "gravity and loads"
 
 
 @dataclass(frozen=True)
@@ -50,11 +57,10 @@ class Sensitivity:
     def relative(self) -> Array:
         """p/f df/dp (parameters, modes); zero for modes at 0 Hz."""
         over = np.where(self.frequencies > 0, self.frequencies, np.inf)
-        relative: Array = self.values[:, None] * self.slopes / over
-        return relative
+        return np.asarray(self.values[:, None] * self.slopes / over)
 
     def sharing(self, mode: int) -> tuple[int, ...]:
-        """Return the modes of the same frequency, this one included."""
+        """Return the modes of the same frequency, including this one."""
         return next((modes for modes in self.repeated if mode in modes), (mode,))
 
     def strongest(self, mode: int, count: int) -> list[tuple[str, float, float]]:
@@ -83,9 +89,8 @@ class Modes(Result):
 
     @property
     def frequencies(self) -> Array:
-        """sqrt(omega^2) / 2 pi, Hz; 0 where the motion does not oscillate."""
-        hertz: Array = np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi)
-        return hertz
+        """sqrt(omega^2) / 2 pi, Hz; 0 for motions without oscillation."""
+        return np.asarray(np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2 * np.pi))
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
@@ -100,8 +105,7 @@ class Modes(Result):
     @property
     def growth(self) -> Array:
         """Rate 1/s of unstable motions exp(growth t); 0 for all others."""
-        rates: Array = np.sqrt(np.maximum(-self.eigenvalues, 0.0))
-        return rates
+        return np.asarray(np.sqrt(np.maximum(-self.eigenvalues, 0.0)))
 
     @property
     def rigid(self) -> int:
@@ -109,7 +113,7 @@ class Modes(Result):
         return int(np.sum(self.eigenvalues == 0.0))
 
     def clusters(self) -> list[slice]:
-        """Return the modes of each repeated frequency, a slice each."""
+        """Return the modes of the repeated frequencies, a slice each."""
         return clusters(self.eigenvalues)
 
     @property
@@ -143,7 +147,7 @@ def modes(linear: Linearization) -> Modes:
 
 
 def refuse_rigid(linear: Linearization) -> None:
-    """Raise `InputError` where no coordinate is left to vibrate."""
+    """Raise `InputError` without a coordinate that can vibrate."""
     if not linear.kept:
         why = "all motors are held and no other joint moves" if linear.motion.motors else "no joint moves"
         raise InputError(linear.motion.source, "modes", f"nothing can vibrate: {why}")
@@ -174,7 +178,8 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
     carried = np.linalg.solve(M[np.ix_(free, free)], M[np.ix_(free, stiff)])
     reduced = M[np.ix_(stiff, stiff)] - M[np.ix_(stiff, free)] @ carried
     shapes = np.zeros((n, n))
-    shapes[free, : len(free)] = _normal_basis(M[np.ix_(free, free)])
+    if len(free):
+        shapes[free, : len(free)] = np.linalg.inv(np.linalg.cholesky(M[np.ix_(free, free)])).T  # X^T M X = 1
     values = np.zeros(n)
     if len(stiff):
         elastic, vectors = for_vibrations("scipy.linalg").eigh(K[np.ix_(stiff, stiff)], (reduced + reduced.T) / 2)
@@ -184,11 +189,6 @@ def _eigen(M: Array, K: Array) -> tuple[Array, Array]:
         shapes[free, len(free) :] = -carried @ vectors
     order = np.argsort(values, kind="stable")
     return values[order], scale[:, None] * shapes[:, order]
-
-
-def _normal_basis(M: Array) -> Array:
-    """Return columns X with X^T M X = 1."""
-    return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
 
 
 def damped_poles(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
@@ -203,16 +203,16 @@ def damped_poles(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
     rate = max(1.0, np.sqrt(np.abs(linear.K * both).max(initial=0.0)))
     solved = np.linalg.solve(linear.M * both, -np.hstack([linear.K * both / rate**2, linear.D * both / rate]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved])
-    kept = np.arange(2 * n)
-    while len(kept) and (idle := ~A[np.ix_(kept, kept)].any(axis=0)).any():
-        kept = kept[~idle]
+    active = np.arange(2 * n)
+    while len(active) and (idle := ~A[np.ix_(active, active)].any(axis=0)).any():
+        active = active[~idle]
     poles, shapes = np.zeros(2 * n, dtype=complex), np.zeros((n, 2 * n), dtype=complex)
-    if len(kept):
-        roots, vectors = np.linalg.eig(A[np.ix_(kept, kept)])
+    if len(active):
+        roots, vectors = np.linalg.eig(A[np.ix_(active, active)])
         roots[np.abs(roots) ** 2 <= MATRIX_ROUNDING * n] = 0.0
-        whole = np.zeros((2 * n, len(kept)), dtype=complex)
-        whole[kept] = vectors
-        poles[: len(kept)], shapes[:, : len(kept)] = roots * rate, scale[:, None] * whole[:n]
+        full = np.zeros((2 * n, len(active)), dtype=complex)
+        full[active] = vectors
+        poles[: len(active)], shapes[:, : len(active)] = roots * rate, scale[:, None] * full[:n]
     if not linear.D.any() and linear.is_symmetric:
         poles = np.where(np.abs(poles.real) < np.abs(poles.imag), 1j * poles.imag, poles.real)
     order = np.lexsort((poles.imag, np.abs(poles)))
@@ -223,26 +223,26 @@ def _paired_poles(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, vectors: ComplexArray
 ) -> IndexArray:
     """Return the index of the pole with the most similar shape and frequency to each mode, -1 without one."""
-    found, swings, pairs = (
+    paired, swings, pairs = (
         np.full(len(eigenvalues), -1),
         np.flatnonzero(eigenvalues > 0),
         np.flatnonzero(poles.imag > 0),
     )
     if not linear.D.any() or not len(pairs):
-        return found
+        return paired
     projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
     norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
     apart = np.abs(np.log(np.abs(poles[pairs]) / np.sqrt(eigenvalues[swings])[:, None]))
     cost = apart - projected / np.maximum(norms, np.finfo(float).tiny)
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
-    found[swings[rows]] = pairs[columns]
-    return found
+    paired[swings[rows]] = pairs[columns]
+    return paired
 
 
 def _damping_ratios(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, paired: IndexArray
 ) -> Array:
-    """Return -Re p / |p| of the pole that belongs to each mode; phi^T D phi / (2 omega) without one."""
+    """Return -Re p / |p| of the poles of modes; phi^T D phi / (2 omega) without one."""
     ratios = np.full(len(eigenvalues), np.nan)
     swings = np.flatnonzero(eigenvalues > 0)
     own = shapes[:, swings]
@@ -273,10 +273,11 @@ def damping_sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Damping
     """
     slopes = linear_slopes(modal.linear, parameters)
     there = np.flatnonzero(modal.paired >= 0)
-    poles, found = modal.poles[modal.paired[there]], np.full((len(slopes.names), len(modal.eigenvalues)), np.nan)
-    found[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
+    poles = modal.poles[modal.paired[there]]
+    slopes_of_ratios = np.full((len(slopes.names), len(modal.eigenvalues)), np.nan)
+    slopes_of_ratios[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
     values = np.array([modal.linear.motion.parameters[name] for name in slopes.names])
-    return DampingSensitivity(slopes.names, values, found, modal.damping_ratios)
+    return DampingSensitivity(slopes.names, values, slopes_of_ratios, modal.damping_ratios)
 
 
 def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
@@ -290,11 +291,11 @@ def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
     frequencies = modal.frequencies
     rate = np.divide(1, 8 * np.pi**2 * frequencies, out=np.zeros_like(frequencies), where=frequencies > 0)
     slopes *= rate
-    kept = [k for k in range(len(names)) if parameters or slopes[k].any()]
-    values = np.array([motion.parameters[names[k]] for k in kept])
+    influential = [k for k in range(len(names)) if parameters or slopes[k].any()]
+    values = np.array([motion.parameters[names[k]] for k in influential])
     swinging = [tuple(range(c.start, c.stop)) for c in modal.clusters() if modal.eigenvalues[c.start] > 0]
     repeated = tuple(modes for modes in swinging if len(modes) > 1)
-    return Sensitivity(tuple(names[k] for k in kept), values, slopes[kept], frequencies, repeated)
+    return Sensitivity(tuple(names[k] for k in influential), values, slopes[influential], frequencies, repeated)
 
 
 def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
@@ -306,15 +307,91 @@ def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
     slopes = np.zeros((len(names), len(modal.eigenvalues)))
     if not pairs:
         return slopes
-    shapes = np.zeros((len(motion.joints), len(modal.eigenvalues)))
-    shapes[list(modal.linear.kept)] = modal.shapes
-    left, right = shapes[:, [a for a, _ in pairs]], shapes[:, [b for _, b in pairs]]
     squared = np.concatenate([np.full(len(c) ** 2, modal.eigenvalues[list(c)].mean()) for c in modes])
-    by_name = motion.parameter_slopes(state, left, right, np.zeros_like(right), -squared * right)
-    total = np.array([by_name[name] for name in names])
+    if modal.linear.gains.any() and not modal.linear.unrest:  # rows of motors under a controller change, too
+        changed = linear_slopes(modal.linear, names)
+        phi_a, phi_b = modal.shapes[:, [a for a, _ in pairs]], modal.shapes[:, [b for _, b in pairs]]
+        total = np.sum(phi_a * (changed.K @ phi_b - squared * (changed.M @ phi_b)), axis=1)
+    else:
+        shapes = np.zeros((len(motion.joints), len(modal.eigenvalues)))
+        shapes[list(modal.linear.kept)] = modal.shapes
+        phi_a, phi_b = shapes[:, [a for a, _ in pairs]], shapes[:, [b for _, b in pairs]]
+        by_name = motion.parameter_slopes(state, phi_a, phi_b, np.zeros_like(phi_b), -squared * phi_b)
+        total = np.array([by_name[name] for name in names])
     first = 0
     for cluster, size in zip(swinging, map(len, modes), strict=True):
         split = total[:, first : first + size**2].reshape(-1, size, size)
         slopes[:, cluster] = np.linalg.eigvalsh((split + split.transpose(0, 2, 1)) / 2)
         first += size**2
     return slopes
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Shares of energy, rows by `names`, columns by mode; a column sums to 1, or is zero without energy."""
+
+    names: tuple[str, ...]
+    shares: Array
+
+    @property
+    def by_name(self) -> dict[str, Array]:
+        """The shares (modes,) of the names."""
+        return dict(zip(self.names, self.shares, strict=True))
+
+    def largest(self, mode: int) -> tuple[str, float]:
+        """Return the name with most of the energy of a mode, and its share."""
+        k = int(self.shares[:, mode].argmax())
+        return self.names[k], float(self.shares[k, mode])
+
+
+def frame_shapes(modal: Modes) -> Array:
+    """Return J phi (frames, 6, modes): displacement and small rotation of every frame, in axes of frame 0."""
+    motion = modal.linear.motion
+    moved = _drift(modal, motion.frame_motions[0])
+    frames = moved.reshape(len(moved) // 6, 6, moved.shape[1])
+    return frames[1 : 1 + len(motion.machine.joints)]
+
+
+def kinetic_shares(modal: Modes) -> Shares:
+    """Return (V_j^T JJ_j V_j) / 2 of the bodies and Ia qd_j^2 / 2 of the rotors [13], over their sum."""
+    motion = modal.linear.motion
+    moved = _drift(modal, motion.body_velocities)
+    screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
+    bodies = motion.body_inertias()
+    energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])
+    inertias = motion.values(inertia for inertia, _ in motion.rotors.values())
+    turning = inertias[:, None] * _drift(modal, [rate for _, rate in motion.rotors.values()]) ** 2
+    massive, driven = np.flatnonzero(bodies.any(axis=(1, 2))), np.flatnonzero(inertias)
+    rotors = list(motion.rotors)
+    names = [motion.machine.joints[j].name for j in massive] + [f"{rotors[k]} (rotor)" for k in driven]
+    return _shares(names, np.vstack([energies[massive], turning[driven]]))
+
+
+def strain_shares(modal: Modes) -> Shares:
+    """Return k dx^2 / 2 of springs and controllers [9], and the rest of phi^T K phi / 2, over their sum.
+
+    All are zero for motions at 0 Hz. Gravity's part may be negative.
+    """
+    linear, shapes = modal.linear, modal.shapes
+    motion = linear.motion
+    deflections = _drift(modal, [rate for _, _, rate in motion.springs.values()])
+    springs = motion.spring_stiffnesses(linear.state.q)[:, None] * deflections**2
+    controllers = linear.gains[:, :1] * (linear.motors @ shapes) ** 2
+    total = np.einsum("im,ij,jm->m", shapes, linear.K, shapes)
+    driven = np.flatnonzero(linear.gains[:, 0])
+    remainder = total - springs.sum(axis=0) - controllers.sum(axis=0)
+    names = [*motion.springs, *(f"{motion.motor_names[m]} (controller)" for m in driven)]
+    energies = np.vstack([springs, controllers[driven], remainder])
+    return _shares([*names, GRAVITY_AND_LOADS], np.where(modal.eigenvalues > 0, energies, 0.0))
+
+
+def _shares(names: list[str], energies: Array) -> Shares:
+    total = energies.sum(axis=0)
+    return Shares(tuple(names), np.divide(energies, total, out=np.zeros_like(energies), where=total > 0))
+
+
+def _drift(modal: Modes, rates: Sequence[Scalar]) -> Array:
+    """Return the changes (rates, modes) in each mode of quantities with these rates."""
+    linear = modal.linear
+    _, by_qd, _ = linear.motion.jacobians(rates, linear.state)
+    return np.asarray(by_qd[:, list(linear.kept)] @ modal.shapes)

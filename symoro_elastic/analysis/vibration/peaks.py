@@ -1,4 +1,4 @@
-"""Figures of frequency responses: the peak and where it is, the bandwidth, the magnitude at chosen frequencies."""
+"""Results of frequency responses: the peak and its frequency, the bandwidth, the magnitude at chosen frequencies."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ EXACT = 1e-10
 
 
 def response_figures(linear: Linearization, frequencies: Sequence[float] = ()) -> dict[str, float]:
-    """Return metrics of the response of each output to each input: "tool.x / motor_x.tau: peak" ...
+    """Return metrics of the response of the outputs to each input: "tool.x / motor_x.tau: peak" ...
 
     `peak` is the largest maximum of the magnitude, that at 0 Hz included where it is finite (infinite on an undamped
     resonance, NaN where there is none), and `peak_frequency` its place, Hz, NaN where nothing moves. `bandwidth`, Hz,
     is where the magnitude first falls to 0.707 of that at 0 Hz: NaN where that is infinite or 0, infinite where it
-    never does. `at f Hz` are magnitudes at `frequencies`. Raises `InputError` where there is no input or output.
+    never does. `at f Hz` are magnitudes at `frequencies`. Raises `InputError` without input or output.
     """
     refuse_missing_signals(linear)
     grid = _around_poles(linear)
-    found = frequency_response(linear, np.array([0.0, *grid]))
+    response = frequency_response(linear, np.array([0.0, *grid]))
     chosen = frequency_response(linear, np.array(frequencies, dtype=float)) if frequencies else None
     figures: dict[str, float] = {}
     for i, output in enumerate(linear.outputs):
         for j, source in enumerate(linear.inputs):
-            pair = _Magnitude(linear, found, i, j)
+            pair = _Magnitude(linear, response, i, j)
             name = f"{output} / {source}"
             peak, place = pair.peak()
             figures |= {f"{name}: peak": peak, f"{name}: peak_frequency": place, f"{name}: bandwidth": pair.bandwidth()}
@@ -52,7 +52,7 @@ def response_figures(linear: Linearization, frequencies: Sequence[float] = ()) -
 
 
 def unit_of_figure(machine: Machine, figure: str) -> str:
-    """Return the unit of a figure by its name; empty where it has none."""
+    """Return the unit of a result by its name; empty for a pure number."""
     pair, _, kind = figure.rpartition(": ")
     output, _, source = pair.rpartition(" / ")
     if kind in ("peak_frequency", "bandwidth"):
@@ -61,22 +61,22 @@ def unit_of_figure(machine: Machine, figure: str) -> str:
 
 
 class _Magnitude:
-    """The magnitude of one response over frequencies."""
+    """The magnitude of a response over frequencies."""
 
-    def __init__(self, linear: Linearization, found: Response, i: int, j: int) -> None:
+    def __init__(self, linear: Linearization, response: Response, i: int, j: int) -> None:
         self.linear, self.i, self.j = linear, i, j
-        self.frequencies = found.frequencies
-        self.values: Array = np.abs(found.values[:, i, j])
+        self.frequencies = response.frequencies
+        self.values: Array = np.abs(response.values[:, i, j])
 
     def at(self, frequency: float) -> float:
         """Return the magnitude at a frequency, Hz."""
         s, linear = 2j * np.pi * frequency, self.linear
-        moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F[:, self.j].astype(complex))
-        seen = linear.Cq[self.i] + s * linear.Cv[self.i] + s * s * linear.Ca[self.i]
-        return float(abs(seen @ moved))
+        moved = linear.displacements(np.array([s]), linear.F[:, [self.j]])[0, :, 0]
+        row = linear.Cq[self.i] + s * linear.Cv[self.i] + s * s * linear.Ca[self.i]
+        return float(abs(row @ moved))
 
     def peak(self) -> tuple[float, float]:
-        """Return the largest magnitude and its frequency, Hz; NaN where nothing moves."""
+        """Return the largest magnitude and its frequency, Hz; NaN without a response."""
         if not self.values.any():
             return 0.0, np.nan
         infinite = np.flatnonzero(np.isnan(self.values[1:])) + 1
@@ -89,10 +89,10 @@ class _Magnitude:
         if not len(tops):
             return np.nan, np.nan
         k = int(tops[np.argmax(self.values[tops])])
-        return self._refined(k) if k else (float(self.values[0]), 0.0)
+        return self._refine(k) if k else (float(self.values[0]), 0.0)
 
-    def _refined(self, k: int) -> tuple[float, float]:
-        """Return the maximum between the neighbours of a frequency, and its place."""
+    def _refine(self, k: int) -> tuple[float, float]:
+        """Return the maximum between the neighbours of a frequency, and its frequency."""
         low, high = self.frequencies[k - 1], self.frequencies[k + 1]
         search = for_vibrations("scipy.optimize").minimize_scalar
         best = search(lambda f: -self.at(f), bounds=(low, high), method="bounded", options={"xatol": EXACT * high})
@@ -114,9 +114,8 @@ class _Magnitude:
 
 
 def _around_poles(linear: Linearization) -> Array:
-    """Return frequencies in Hz, ascending: around all poles, and at the places where poles swing."""
+    """Return frequencies in Hz, ascending: around all poles, and at their oscillation frequencies."""
     poles, _ = damped_poles(linear)
     swinging = np.concatenate([np.abs(poles[poles.imag > 0]), poles.imag[poles.imag > 0]]) / (2 * np.pi)
     grid = frequency_grid(linear)
-    found: Array = np.unique(np.concatenate([grid, swinging]))
-    return found
+    return np.asarray(np.unique(np.concatenate([grid, swinging])))

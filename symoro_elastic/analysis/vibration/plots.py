@@ -10,11 +10,10 @@ import numpy as np
 
 from symoro_elastic.analysis.time_series.plots import MOST_IN_ROWS, over_time, torque_speed
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
-from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
 from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.analysis.vibration.modes import Modes
+from symoro_elastic.analysis.vibration.modes import Modes, kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.responses import PointStiffness, Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.foundation.array_types import AnyArray, Array
@@ -30,7 +29,7 @@ from symoro_elastic.foundation.plot_style import (
     map_of_numbers,
     plain,
     shades,
-    shortened,
+    shorten,
     y_label,
 )
 from symoro_elastic.foundation.results import figures_of
@@ -43,12 +42,12 @@ LEAST_SHOWN = 0.005
 @figures_of.register
 def _(response: Response) -> dict[str, Plot | str]:
     """Return bode_<input> for each input, stiffness_<output> for each frame along a force on it."""
-    drawn: dict[str, Plot | str] = {
+    plots: dict[str, Plot | str] = {
         f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))
     }
-    names = labels([one.output for one in response.stiffnesses])
-    return drawn | {
-        f"stiffness_{x}": stiffness(response, one) for x, one in zip(names, response.stiffnesses, strict=True)
+    names = labels([point.output for point in response.stiffnesses])
+    return plots | {
+        f"stiffness_{x}": stiffness(response, point) for x, point in zip(names, response.stiffnesses, strict=True)
     }
 
 
@@ -72,9 +71,9 @@ def _(tracked: Tracked) -> dict[str, Plot | str]:
     vibrating = [k for k in range(tracked.frequencies.shape[1]) if tracked.frequencies[:, k].any()][:MOST_CURVES]
     if len(tracked.joints) == 1:
         title = f"{name}: frequencies over {tracked.joints[0]}"
-        said = "" if vibrating else "no mode vibrates at any position"
+        reason = "" if vibrating else "no mode vibrates at any position"
         alone = Plot(title, partial(_over_one, tracked), size=(8.0, 5.5))
-        return {"positions": said or alone, "shapes_over_positions": said or _shapes_over_one(tracked, vibrating)}
+        return {"positions": reason or alone, "shapes_over_positions": reason or _shapes_over_one(tracked, vibrating)}
     return {f"frequency_{k + 1}_over_{'_'.join(labels(tracked.joints[:2]))}": _over_two(tracked, k) for k in vibrating}
 
 
@@ -126,29 +125,29 @@ def _bode(response: Response, j: int, units: dict[str, list[int]], *axes: Any) -
     phase.set_xlabel("frequency, Hz")
 
 
-def stiffness(response: Response, one: PointStiffness) -> Plot:
-    """Return the response of a point to a force on it, its static value and peak, and the springs that limit both."""
-    title = f"{response.machine}: {one.sentence}".removeprefix(": ")
-    rows = len({**one.held_by, **one.shaken_by}) or 1
+def stiffness(response: Response, point: PointStiffness) -> Plot:
+    """Return the compliance of a point under a force, its static value and peak, and the limiting springs."""
+    title = f"{response.machine}: {point.sentence}".removeprefix(": ")
+    rows = len({**point.held_by, **point.shaken_by}) or 1
     size = (8.0, 3.9 + 0.24 * min(rows, MOST_ROWS))
-    draw = partial(_stiffness, response, one)
+    draw = partial(_stiffness, response, point)
     return Plot(title, draw, 2, size=size, ratios=(3.0, 0.6 + 0.24 * min(rows, MOST_ROWS)), share_x=False)
 
 
-def _stiffness(response: Response, one: PointStiffness, magnitude: Any, springs: Any) -> None:
-    G = np.abs(response.values[:, response.outputs.index(one.output), response.inputs.index(one.source)])
-    curves(magnitude, response.frequencies, G[:, None], [f"{one.output} / {one.source}"])
-    if np.isfinite(one.static):
-        magnitude.axhline(one.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
-    if np.isfinite(one.peak) and one.frequency > 0:
-        magnitude.plot(one.frequency, one.peak, "v", color=curve(1)["color"], markersize=7, label="largest")
-    if np.isinf(one.peak):
-        magnitude.axvline(one.frequency, color=curve(1)["color"], linestyle=":", label="undamped resonance")
+def _stiffness(response: Response, point: PointStiffness, magnitude: Any, springs: Any) -> None:
+    G = np.abs(response.values[:, response.outputs.index(point.output), response.inputs.index(point.source)])
+    curves(magnitude, response.frequencies, G[:, None], [f"{point.output} / {point.source}"])
+    if np.isfinite(point.static):
+        magnitude.axhline(point.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
+    if np.isfinite(point.peak) and point.frequency > 0:
+        magnitude.plot(point.frequency, point.peak, "v", color=curve(1)["color"], markersize=7, label="largest")
+    if np.isinf(point.peak):
+        magnitude.axvline(point.frequency, color=curve(1)["color"], linestyle=":", label="undamped resonance")
     logarithmic(magnitude, "x", "y")
     magnitude.set_xlabel("frequency, Hz")
-    y_label(magnitude, "compliance", one.unit)
+    y_label(magnitude, "compliance", point.unit)
     legend(magnitude)
-    both = {"at rest": one.held_by, f"at {one.frequency:.4g} Hz": one.shaken_by}
+    both = {"at rest": point.held_by, f"at {point.frequency:.4g} Hz": point.shaken_by}
     rows = [*dict.fromkeys(name for shares in both.values() for name in shares)][:MOST_ROWS]
     bars(springs, {name: [100 * shares.get(x, 0.0) for x in rows] for name, shares in both.items() if shares}, rows)
     springs.set_xlabel("strain energy, %")
@@ -166,7 +165,7 @@ def _phase(G: Any) -> Array:
 
 
 def _poles(poles: AnyArray, axes: Any) -> None:
-    """Draw poles as frequency over decay, Hz and 1/s; those that grow are on the right."""
+    """Draw poles as frequency over decay, Hz and 1/s; unstable ones are on the right."""
     axes.plot(poles.real, poles.imag / (2 * np.pi), "x", color=curve(0)["color"], markersize=7)
     axes.axvline(0.0, color=shades().ink, linewidth=0.8)
     axes.set_yscale("asinh", linear_width=max(1.0, np.abs(poles.imag).max(initial=0.0) / 200))
@@ -180,7 +179,14 @@ def shapes(modal: Modes) -> Plot:
     names = modal.linear.coordinates
     weighted = np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes
     weighted = weighted / np.abs(weighted).max(axis=0, initial=0.0)
-    return _picture(weighted, names, modal, "mode shapes, joints weighted by the roots of their inertias", "{:.2f}")
+    return _picture(
+        weighted,
+        names,
+        modal,
+        "mode shapes, joints weighted by the roots of their inertias",
+        "{:.2f}",
+        "motion, of the largest",
+    )
 
 
 def energies(modal: Modes) -> Plot:
@@ -188,43 +194,42 @@ def energies(modal: Modes) -> Plot:
     strain, kinetic = strain_shares(modal), kinetic_shares(modal)
     both = np.vstack([strain.shares, kinetic.shares])
     names = (*(f"strain {name}" for name in strain.names), *(f"kinetic {name}" for name in kinetic.names))
-    return _picture(both, names, modal, "shares of energy in springs and bodies", "{:.0%}")
+    return _picture(both, names, modal, "shares of energy in springs and bodies", "{:.0%}", "share of the energy")
 
 
-def _picture(values: Array, rows: tuple[str, ...], modal: Modes, what: str, form: str) -> Plot:
-    """Return a heat map with numbers; rows without anything to see are left out, and the highest of many modes."""
+def _picture(values: Array, rows: tuple[str, ...], modal: Modes, what: str, form: str, unit: str) -> Plot:
+    """Return a heat map with numbers; empty rows and the highest of many modes are omitted."""
     count, all_modes = min(MOST_MODES, values.shape[1]), values.shape[1]
-    kept = [k for k in range(len(rows)) if np.abs(values[k, :count]).max(initial=0.0) >= LEAST_SHOWN]
-    if not kept:
-        kept = [*range(len(rows))]
+    visible = [k for k in range(len(rows)) if np.abs(values[k, :count]).max(initial=0.0) >= LEAST_SHOWN]
+    if not visible:
+        visible = [*range(len(rows))]
     title = f"{modal.linear.motion.machine.name}: {what}"
     title += f"; {count} of {all_modes} modes" if count < all_modes else ""
     columns = [_column(modal, k) for k in range(count)]
-    draw = partial(_map, values[np.ix_(kept, range(count))], [rows[k] for k in kept], columns, form)
-    return Plot(title, draw, size=(max(5.5, 3.2 + 0.55 * count), 1.9 + 0.26 * len(kept)))
+    draw = partial(_map, values[np.ix_(visible, range(count))], [rows[k] for k in visible], columns, form, unit)
+    return Plot(title, draw, size=(max(5.5, 3.2 + 0.55 * count), 1.9 + 0.26 * len(visible)))
 
 
-def _map(values: Array, rows: Sequence[str], columns: Sequence[str], form: str, axes: Any) -> None:
-    of = "motion, of the largest" if values.min(initial=0.0) < 0 else "share of the energy"
-    map_of_numbers(axes, values, rows, columns, form, of)
+def _map(values: Array, rows: Sequence[str], columns: Sequence[str], form: str, unit: str, axes: Any) -> None:
+    map_of_numbers(axes, values, rows, columns, form, unit)
     axes.set_xlabel("mode")
 
 
 def _column(modal: Modes, k: int) -> str:
-    """Return number and frequency of a mode; at 0 Hz how it moves."""
+    """Return number and frequency of a mode; at 0 Hz its kind of motion."""
     if modal.growth[k]:
         return f"{k + 1}: grows"
     return f"{k + 1}: {modal.frequencies[k]:.4g} Hz" if modal.frequencies[k] else f"{k + 1}: free"
 
 
 def _over_one(tracked: Tracked, axes: Any) -> None:
-    """Draw frequencies over the positions of one joint, a curve for each mode, on a logarithmic scale."""
+    """Draw frequencies over the positions of a joint, a curve for each mode, on a logarithmic scale."""
     f = np.where(tracked.frequencies > 0, tracked.frequencies, np.nan)
-    shown = [k for k in range(f.shape[1]) if np.isfinite(f[:, k]).any()]
-    for j, k in enumerate(shown):
+    finite = [k for k in range(f.shape[1]) if np.isfinite(f[:, k]).any()]
+    for j, k in enumerate(finite):
         look = {"marker": ".", **curve(j)} if j < MOST_ROWS else {"color": shades().grey, "linewidth": 0.5}
-        said = f"mode {k + 1}" if j < MOST_ROWS else f"{len(shown) - j} higher ones" if j == MOST_ROWS else None
-        axes.plot(tracked.positions[:, 0], f[:, k], label=said, **look)
+        label = f"mode {k + 1}" if j < MOST_ROWS else f"{len(finite) - j} higher ones" if j == MOST_ROWS else None
+        axes.plot(tracked.positions[:, 0], f[:, k], label=label, **look)
     logarithmic(axes, "y")
     axes.set_xlabel(_joint(tracked, 0))
     y_label(axes, "frequency", "Hz")
@@ -235,29 +240,30 @@ def _joint(tracked: Tracked, k: int) -> str:
     """The name of a joint of the grid, and its unit."""
     joints = tracked.modes[0].linear.motion.machine.joints
     unit = next(joint.unit for joint in joints if joint.name == tracked.joints[k])
-    return f"{shortened(tracked.joints[k])}, {unit}"
+    return f"{shorten(tracked.joints[k])}, {unit}"
 
 
 def _shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Plot:
-    """Return shapes of some modes over the positions of one joint, a row for each joint weighted by its mass."""
-    shown = {
-        k: np.array([np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.modes]).T for k in chosen
+    """Return shapes of some modes over the positions of a joint, a row for each joint weighted by its mass."""
+    shapes = {
+        k: np.array([np.sqrt(np.diag(modal.linear.M)) * modal.shapes[:, k] for modal in tracked.modes]).T
+        for k in chosen
     }
     rows = sum(min(MOST_ROWS, len(tracked.modes[0].linear.coordinates)) for _ in chosen)
     title = f"{tracked.modes[0].linear.motion.machine.name}: mode shapes over {tracked.joints[0]}"
-    draw = partial(_draw_shapes_over_one, tracked, shown)
+    draw = partial(_draw_shapes_over_one, tracked, shapes)
     return Plot(title, draw, len(chosen), size=(8.0, 1.2 + 0.45 * len(chosen) + 0.19 * rows))
 
 
-def _draw_shapes_over_one(tracked: Tracked, shown: dict[int, Array], *axes: Any) -> None:
+def _draw_shapes_over_one(tracked: Tracked, shapes: dict[int, Array], *axes: Any) -> None:
     names, x = tracked.modes[0].linear.coordinates, tracked.positions[:, 0]
     half = (x[1] - x[0]) / 2 if len(x) > 1 else 0.5
-    for axis, (k, values) in zip(axes, shown.items(), strict=True):
-        kept = sorted(np.argsort(-np.abs(values).max(axis=1), kind="stable")[:MOST_ROWS])
-        edges = (x[0] - half, x[-1] + half, len(kept) - 0.5, -0.5)
+    for axis, (k, values) in zip(axes, shapes.items(), strict=True):
+        largest = sorted(np.argsort(-np.abs(values).max(axis=1), kind="stable")[:MOST_ROWS])
+        edges = (x[0] - half, x[-1] + half, len(largest) - 0.5, -0.5)
         look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -1.0, "vmax": 1.0, "aspect": "auto", "extent": edges}
-        image = axis.imshow(values[kept], **look)
-        axis.set_yticks(range(len(kept)), [shortened(names[j]) for j in kept], fontsize=7)
+        image = axis.imshow(values[largest], **look)
+        axis.set_yticks(range(len(largest)), [shorten(names[j]) for j in largest], fontsize=7)
         axis.grid(False)
         axis.set_title(f"mode {k + 1}", fontsize=8)
         axis.figure.colorbar(image, ax=axis, label="motion")
@@ -277,7 +283,7 @@ def _over_two(tracked: Tracked, mode: int) -> Plot | str:
 
 
 def _following(command: FeedForward) -> Plot:
-    """Return reference trajectory, lead of the motors where springs give them one, and torques, by unit.
+    """Return reference trajectory, lead of the motors over springs, and torques, by unit.
 
     Where motors follow from loops, the trajectories are those of the joints that are to follow.
     """
@@ -296,9 +302,9 @@ def _following(command: FeedForward) -> Plot:
 
 
 def _losses(some: Sequence[Loss], t: Array, machine: str) -> Plot:
-    """Return a row for each joint: a quantity over the motion by three models, and the errors of two of them."""
-    shown = sorted(range(len(some)), key=lambda k: -max(some[k].rigid[1], some[k].reduced[1]))[:MOST_PANELS]
-    chosen = [some[k] for k in sorted(shown)]
+    """Return a row for each joint: a quantity over the motion by three models, and two errors."""
+    worst = sorted(range(len(some)), key=lambda k: -max(some[k].rigid[1], some[k].reduced[1]))[:MOST_PANELS]
+    chosen = [some[k] for k in sorted(worst)]
     title = f"{machine}: {some[0].quantity}s by three models, and what the simpler ones miss"
     title += f"; {len(chosen)} of {len(some)} joints, those with the largest errors" if len(chosen) < len(some) else ""
     return Plot(title, partial(_draw_losses, chosen, t), len(chosen), 2, size=(10.0, 1.3 + 1.5 * len(chosen)))

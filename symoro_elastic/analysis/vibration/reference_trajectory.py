@@ -6,7 +6,7 @@ first that jumps is the k-th: the next one would be infinite. A spline of degree
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.time_series.named_columns import named_columns, read_columns
+from symoro_elastic.analysis.time_series.measurements import missing, named_columns, read_columns
 from symoro_elastic.analysis.time_series.reading import place_of_sample
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import MOST_SAMPLES, InputError, refuse_numbers
 from symoro_elastic.foundation.packages import for_vibrations
-from symoro_elastic.foundation.sizes import MOST_SAMPLES, refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT
@@ -55,7 +54,7 @@ class ReferenceTrajectory:
 
     @property
     def positions_only(self) -> bool:
-        """Whether no derivative of any motor is given."""
+        """Whether no motor has a derivative."""
         return not self.doubts and all(len(rows) == 1 for rows in self.y.values())
 
 
@@ -67,25 +66,28 @@ def read_reference(
     Splines of a degree go through the positions where it is given, and where there are positions only (`usual`);
     they are sampled at `rate` Hz. Raises `InputError`.
     """
-    given = read_samples(path, machine)
-    if degree is not None or given.positions_only:
-        positions = {name: rows[0] for name, rows in given.y.items()}
-        return through(given.t, positions, usual if degree is None else degree, rate, given.source)
+    samples = read_samples(path, machine)
+    if degree is not None or samples.positions_only:
+        positions = {name: rows[0] for name, rows in samples.y.items()}
+        return through(samples.t, positions, usual if degree is None else degree, rate, samples.source)
     if rate is not None:
         what = "its derivatives are already sampled: leave out --sample-rate, or give --degree"
-        raise InputError(given.source, "--sample-rate", what)
-    return given
+        raise InputError(samples.source, "--sample-rate", what)
+    return samples
 
 
 def read_samples(path: str | Path, machine: Machine) -> ReferenceTrajectory:
-    """Read the samples of a file as they are, with the derivatives that it gives and that agree with each other.
+    """Read the samples of a file unchanged, with those of its derivatives that are consistent.
 
     Raises `InputError`.
     """
     source = str(path)
-    named, _ = named_columns(read_columns(path, machine), machine, source)
-    t, letter = _time(named, source), _letter(named)
-    y = _by_motor(named, letter, machine, source)
+    columns = read_columns(path, machine)
+    named, _ = named_columns(columns, machine, source)
+    if ("t", "") not in named:
+        raise missing(["t"], columns, source, "give the time of each sample, s")
+    t, letter = _time(named["t", ""], source), _letter(named)
+    y = _by_motor(named, letter, machine, columns, source)
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
     doubts = {name: (k + 1, why) for name, (k, why) in jumps.items() if why}
@@ -149,7 +151,7 @@ def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Refere
     what = f"{len(t)} samples of {len(curves)} motors with {HIGHEST_DERIVATIVE} derivatives"
     numbers = len(t) * len(curves) * (HIGHEST_DERIVATIVE + 1)
     refuse_numbers(numbers, what, source, "--sample-rate", "give a lower rate, or a shorter motion")
-    return ReferenceTrajectory(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
+    return ReferenceTrajectory(t, {name: _sample(curve, t) for name, curve in curves.items()}, source)
 
 
 def times(first: float, last: float, rate: float | None = None, beyond: bool = False) -> Array:
@@ -160,17 +162,16 @@ def times(first: float, last: float, rate: float | None = None, beyond: bool = F
         what = f"{rate:g} Hz for {last - first:g} s: give a positive rate, and at most {MOST_SAMPLES:.0g} samples"
         raise InputError("symoro-elastic", "--sample-rate", what)
     steps = np.ceil(count * (1 - 1e-12)) if beyond else np.floor(count * (1 + 1e-12))
-    samples: Array = first + np.arange(int(steps) + 1) / rate
-    return samples
+    return np.asarray(first + np.arange(int(steps) + 1) / rate)
 
 
-def _sampled(curve: Any, t: Array) -> Array:
-    given = _smoothness(curve)
-    return np.array([curve(t)] + [curve.derivative(k)(t) for k in range(1, given + 1)], dtype=float)
+def _sample(curve: Any, t: Array) -> Array:
+    order = _smoothness(curve)
+    return np.array([curve(t)] + [curve.derivative(k)(t) for k in range(1, order + 1)], dtype=float)
 
 
 def _smoothness(curve: Any) -> int:
-    """Return the first derivative that jumps, at most the highest that can be used."""
+    """Return the order of the first derivative that jumps, up to the highest usable one."""
     if hasattr(curve, "t"):
         inside = curve.t[(curve.t > curve.t[curve.k]) & (curve.t < curve.t[-curve.k - 1])]
         most = int(np.unique(inside, return_counts=True)[1].max(initial=1)) if len(inside) else 1
@@ -192,23 +193,20 @@ def _refuse_degree(degree: int, source: str) -> None:
         )
 
 
-def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
-    """Return numbers by name of motor; "" stands for all others. Raises `InputError`."""
+def _of_motors(numbers: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
+    """Return numbers by name of motor; "" is for all others. Raises `InputError`."""
     motors = machine.motor_joints
-    known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
-    for name, x in given.items():
-        if name and name not in known:
-            raise InputError(machine.label, place, f"no motor {quote(name)}{did_you_mean(name, known)}")
+    by_name = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
+    for name, x in numbers.items():
+        if name and name not in by_name:
+            raise InputError(machine.label, place, f"no motor {quote(name)}{did_you_mean(name, by_name)}")
         if not abs(x) <= LARGEST_INPUT:
             raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST_INPUT:g}")
-    named = {known[name]: x for name, x in given.items() if name}
-    return {joint.name: named.get(joint.name, given.get("", 0.0)) for joint in motors}
+    named = {by_name[name]: x for name, x in numbers.items() if name}
+    return {joint.name: named.get(joint.name, numbers.get("", 0.0)) for joint in motors}
 
 
-def _time(named: Mapping[tuple[str, str], Array], source: str) -> Array:
-    if ("t", "") not in named:
-        raise InputError(source, "t", "missing: give the time of each sample, s")
-    t = named["t", ""]
+def _time(t: Array, source: str) -> Array:
     bad = ~np.isfinite(t) | ~(np.diff(t, prepend=-np.inf) > 0)
     if bad.any():
         k = int(np.argmax(bad))
@@ -223,21 +221,23 @@ def _letter(named: Mapping[tuple[str, str], Array]) -> str:
     return "q" if "q" in letters and "y" not in letters else "y"
 
 
-def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, source: str) -> dict[str, Array]:
+def _by_motor(
+    named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, columns: Iterable[str], source: str
+) -> dict[str, Array]:
     """Return y and its derivatives without gap, by motor. Raises `InputError`."""
     motors = [joint.name for joint in machine.motor_joints]
-    others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
-    if others:
+    foreign = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
+    if foreign:
         what = (
             "only motors and their springs have a trajectory, other joints do not: give y_<motor>, yd_<motor> ... alone"
         )
-        raise InputError(source, others[0], what)
+        raise InputError(source, foreign[0], what)
     trajectories = {}
     for name in motors:
         orders = [k for k in range(HIGHEST_DERIVATIVE + 1) if (letter + "d" * k, name) in named]
         if orders != list(range(len(orders))) or not orders:
             lacking = next(k for k in range(HIGHEST_DERIVATIVE + 2) if k not in orders)
-            raise InputError(source, f"{letter}{'d' * lacking}_{name}", "missing: give it in a column of this name")
+            raise missing([f"{letter}{'d' * lacking}_{name}"], columns, source, "give it in a column of this name")
         trajectories[name] = np.array([named[letter + "d" * k, name] for k in orders])
         _refuse_not_finite(trajectories[name], f"{letter}_{name}", source)
     return trajectories
@@ -252,7 +252,7 @@ def _refuse_not_finite(rows: Array, column: str, source: str) -> None:
 
 
 def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
-    """Return the first derivative whose successor is not its slope, and the reason; the last one where there is none.
+    """Return the first derivative that is not the integral of the next one, and the reason; by default the last.
 
     The trapezoidal rule misses h y'' / 12 of a smooth derivative, and half a jump of the last one.
     """

@@ -11,14 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.linearization import Linearization, LinearSlopes, linear_slopes, response_slopes
 from symoro_elastic.analysis.vibration.modes import damped_poles, modes
-from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes, response_slopes
 from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refuse_numbers
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.numerics.motion.signals import input_unit, output_unit
 
 ON_RESONANCE = 1e-9
@@ -49,7 +47,7 @@ class PointStiffness:
 
     @property
     def stiffness(self) -> float:
-        """The inverse of the static compliance."""
+        """Inverse of the static compliance."""
         return 1 / self.static if self.static else np.inf
 
     @property
@@ -60,14 +58,14 @@ class PointStiffness:
     @property
     def sentence(self) -> str:
         """Both compliances, with the springs that limit them."""
-        said = f"{self.output} under {self.source}"
+        sentence = f"{self.output} under {self.source}"
         if np.isfinite(self.static):
-            said += f": {self.stiffness:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
+            sentence += f": {self.stiffness:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
         if not self.frequency > 0:
-            return said if np.isfinite(self.static) else f"{said}: nothing holds it"
+            return sentence if np.isfinite(self.static) else f"{sentence}: nothing holds it"
         if np.isinf(self.peak):
-            return f"{said}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
-        return f"{said}; largest at {self.frequency:.4g} Hz, {self.peak:.4g} {self.unit}{_first(self.shaken_by)}"
+            return f"{sentence}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
+        return f"{sentence}; largest at {self.frequency:.4g} Hz, {self.peak:.4g} {self.unit}{_first(self.shaken_by)}"
 
 
 def _first(shares: dict[str, float]) -> str:
@@ -87,8 +85,7 @@ class ResponseSensitivity:
     def relative(self) -> ComplexArray:
         """p/G dG/dp: its real part is per cent of |G| by per cent of p, its imaginary part radians; 0 where G is."""
         G = np.where(self.responses == 0, np.inf, self.responses)
-        relative: ComplexArray = self.values[:, None, None, None] * self.slopes / G
-        return relative
+        return np.asarray(self.values[:, None, None, None] * self.slopes / G)
 
 
 @dataclass(frozen=True, repr=False)
@@ -114,7 +111,7 @@ class Response(Result):
 
     @cached_property
     def sensitivity(self) -> ResponseSensitivity:
-        """Derivatives by all parameters, exact, along the equilibrium that moves with them."""
+        """Derivatives by all parameters, exact, along the equilibrium as it changes with them."""
         if self.linear is None:
             raise InputError(self.machine or "response", "sensitivity", "this response is not that of a machine")
         slopes = with_modal_damping_slopes(linear_slopes(self.linear), self.damping)
@@ -126,7 +123,7 @@ class Response(Result):
         return ResponseSensitivity(slopes.names, values, changes, self.values)
 
     def unit(self, output: str, source: str) -> str:
-        """Return the unit of a response, such as m/N; SI where it is not known."""
+        """Return the unit of a response, such as m/N; SI if unknown."""
         if not {output, source} <= self.units.keys():
             return "SI"
         return quotient_unit(self.units[output], self.units[source])
@@ -140,7 +137,7 @@ class Response(Result):
     @property
     def all_notes(self) -> list[str]:
         """Notes about frequencies, and about transfer functions that are zero."""
-        idle = [f"no response: {each.input} has no effect on {each.output}" for each in self.transfers if each.is_zero]
+        idle = [f"no response: {x.input} has no effect on {x.output}" for x in self.transfers if x.is_zero]
         return [*self.notes, *idle]
 
 
@@ -161,12 +158,11 @@ def frequency_grid(
     low = (float(shaking.min()) / 10 if len(shaking) else 1.0) if low is None else low
     high = (2 * float(shaking.max()) if len(shaking) else 1000.0) if high is None else high
     refuse_band(low, high, points, linear.motion.source)
-    frequencies: Array = np.geomspace(low, high, points)
-    return frequencies
+    return np.asarray(np.geomspace(low, high, points))
 
 
 def refuse_band(low: float, high: float, points: int, source: str) -> None:
-    """Raise `InputError` for frequencies, Hz, that are in no order or out of range, and for too many points."""
+    """Raise `InputError` for frequencies, Hz, that are unordered or out of range, and for too many points."""
     if not (LOWEST <= low < high <= HIGHEST and 1 < points <= MOST_POINTS):
         what = f"from {low:g} to {high:g} Hz in {points} points: give {LOWEST:g} <= LOW < HIGH <= {HIGHEST:g}"
         raise InputError(source, "--band", f"{what} and 2 to {MOST_POINTS} points")
@@ -177,7 +173,7 @@ def refuse_missing_signals(linear: Linearization) -> None:
     for option, names, such in (("--input", linear.inputs, "fx"), ("--output", linear.outputs, "x")):
         if not names:
             frame = linear.motion.machine.joints[-1].name
-            what = f"there is no motor, or all are held: name an input, such as {frame}.{such}"
+            what = f"no motor is free: name an input, such as {frame}.{such}"
             raise InputError(linear.motion.source, option, what)
 
 
@@ -195,9 +191,9 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     finite = np.flatnonzero(~infinite)
     for first in range(0, len(finite), BLOCK):
         block = finite[first : first + BLOCK]
-        omega = 2 * np.pi * frequencies[block][:, None, None]
-        moved = np.linalg.solve(_at(omega, linear.K, linear.D, linear.M), linear.F.astype(complex)[None])
-        values[block] = _at(omega, linear.Cq, linear.Cv, linear.Ca) @ moved
+        s = np.asarray(2j * np.pi * frequencies[block], dtype=complex)
+        s_ = s[:, None, None]
+        values[block] = (linear.Cq + s_ * linear.Cv + s_ * s_ * linear.Ca) @ linear.displacements(s, linear.F)
     machine = linear.motion.given
     units = {name: input_unit(machine, name) for name in linear.inputs}
     units |= {name: output_unit(machine, name) for name in linear.outputs}
@@ -213,16 +209,8 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     )
 
 
-def _at(omega: Array, of_q: Array, of_qd: Array, of_qdd: Array) -> ComplexArray:
-    """Return of_q + s of_qd + s^2 of_qdd at s = j omega, omega (k, 1, 1): (k, rows, columns)."""
-    found: ComplexArray = np.empty((len(omega), *of_q.shape), dtype=complex)
-    found.real = of_q - omega * omega * of_qdd
-    found.imag = omega * of_qd
-    return found
-
-
 def _refuse_large(linear: Linearization, count: int) -> None:
-    """Raise `InputError` where the responses of all inputs at all outputs have no room."""
+    """Raise `InputError` for responses of all inputs at all outputs that exceed the memory limit."""
     inputs, outputs = len(linear.inputs), len(linear.outputs)
     what = f"{count} frequencies of {inputs} inputs and {outputs} outputs"
     way_out = "give fewer, or choose by --input and --output"
@@ -256,18 +244,23 @@ def with_modal_damping(linear: Linearization, ratio: float) -> Linearization:
 
 
 def with_modal_damping_slopes(slopes: LinearSlopes, ratio: float) -> LinearSlopes:
-    """Return slopes with those of a damping ratio in every mode: D = 2 ratio M R with R = (M^-1 K)^(1/2).
+    """Return slopes with those of a damping ratio in every mode: D = 2 ratio M R with R = f(M^-1 K).
 
-    In modal coordinates R is diag(w), and R dR + dR R = M^-1 (dK - dM R^2) gives
-    dR_ij = phi_i^T (dK - w_j^2 dM) phi_j/(w_i + w_j), zero where both modes are rigid.
+    f(x) is the root of x, zero of a negative one. In modal coordinates R is diag(w), w_i = f(l_i), and dR_ij =
+    phi_i^T (dK - l_j dM) phi_j (w_i - w_j)/(l_i - l_j), with 1/(w_i + w_j) for the quotient of two positive l, and zero
+    where both modes are rigid or unstable (Daleckii and Krein).
     """
     if not ratio:
         return slopes
     linear = slopes.linear
     modal = modes(linear)
-    Phi, w = modal.shapes, np.sqrt(np.maximum(modal.eigenvalues, 0.0))
-    changed = Phi.T @ slopes.K @ Phi - (Phi.T @ slopes.M @ Phi) * w**2
-    sums = w[:, None] + w
-    dR = np.divide(changed, sums, out=np.zeros_like(changed), where=sums > 0)
+    Phi, squares = modal.shapes, modal.eigenvalues
+    w, below = np.sqrt(np.maximum(squares, 0.0)), np.maximum(-squares, 0.0)
+    changed = Phi.T @ slopes.K @ Phi - (Phi.T @ slopes.M @ Phi) * squares
+    larger = np.maximum.outer(w, w)
+    sums = np.add.outer(w, w) + np.divide(
+        np.add.outer(below, below), larger, out=np.zeros_like(larger), where=larger > 0
+    )
+    dR = np.divide(changed, sums, out=np.zeros_like(changed), where=larger > 0)
     shapes = linear.M @ Phi
     return replace(slopes, D=slopes.D + 2 * ratio * (slopes.M @ (Phi * w) @ shapes.T + shapes @ dR @ shapes.T))

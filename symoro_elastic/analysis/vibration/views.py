@@ -12,17 +12,18 @@ import numpy as np
 from symoro_elastic.analysis.time_series import writing
 from symoro_elastic.analysis.vibration.beyond_limits import Beyond
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
-from symoro_elastic.analysis.vibration.energies import (
+from symoro_elastic.analysis.vibration.feed_forward import FeedForward, LeftOut, notes
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import (
     GRAVITY_AND_LOADS,
+    Modes,
+    Sensitivity,
     Shares,
+    damped_poles,
     frame_shapes,
     kinetic_shares,
     strain_shares,
 )
-from symoro_elastic.analysis.vibration.feed_forward import FeedForward, notes
-from symoro_elastic.analysis.vibration.left_out import LeftOut
-from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.analysis.vibration.modes import Modes, Sensitivity, damped_poles
 from symoro_elastic.analysis.vibration.responses import PointStiffness, Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
@@ -39,10 +40,12 @@ from symoro_elastic.foundation.results import (
     plain,
     table_of,
 )
-from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.numerics.motion.hover import thrusts_of
+from symoro_elastic.machine.frames import COORDINATES
+from symoro_elastic.numerics.motion.equilibrium import thrusts_of
 
 LEAST_SHARE = 0.1
+MOST_SHOWN = 20
+"""Frequencies whose magnitude and phase are printed."""
 MOST_LISTED, LEAST_LISTED = 3, 0.005
 ROUNDING = 1e-12
 """Of the numbers from which another is computed; what is smaller is printed as zero."""
@@ -80,18 +83,18 @@ def state_json(linear: Linearization) -> dict[str, Any]:
     q = dict(zip(names, state.q.tolist(), strict=True))
     base = {name: float(state.tau[k]) for k, name in enumerate(names) if name in COORDINATES}
     carried = {"base": base} if any(base.values()) else {}
-    carried |= {"thrusts": found} if (found := thrusts_of(linear.motion)) else {}
+    carried |= {"thrusts": thrusts} if (thrusts := thrusts_of(linear.motion)) else {}
     return {"q": q, "tau": tau, "residual": state.residual, "notes": list(linear.doubts), **carried}
 
 
 def state_lines(linear: Linearization) -> list[str]:
-    """Return lines with the position of the machine and the torques that hold it."""
+    """Return lines with the position of the machine and its holding torques."""
     motion, state = linear.motion, linear.state
     at = [f"{motion.names[k]} at {state.q[k]:g} {motion.joints[k].unit}" for k in motion.motors]
     scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
-    tau = [_cleared(x, scale) for x in state.tau]
+    tau = [_without_rounding(x, scale) for x in state.tau]
     motors = zip(motion.machine.motor_joints, state.torques, strict=True)
-    torques = [f"{joint.name} {_cleared(x, scale):.6g} {joint.force_unit}" for joint, x in motors]
+    torques = [f"{joint.name} {_without_rounding(x, scale):.6g} {joint.force_unit}" for joint, x in motors]
     base = [k for k, name in enumerate(motion.names) if name in COORDINATES]
     sag = [k for k in range(len(motion.names)) if k not in motion.motors]
     lines = [f"{', '.join(at)}; torques {', '.join(torques)}"] if at else []
@@ -107,15 +110,15 @@ def state_lines(linear: Linearization) -> list[str]:
 
 
 def _weight(linear: Linearization) -> float:
-    """Return the weight of the whole machine, N."""
+    """Return the total weight of the machine, N."""
     motion = linear.motion
     masses = (joint.body.mass.value(motion.parameters) for joint in motion.machine.joints)
     gravity = (formula.value(motion.parameters) for formula in motion.machine.base.gravity)
     return sum(masses) * math.hypot(*gravity)
 
 
-def _cleared(x: float, scale: float) -> float:
-    """Return a number, zero where it is only rounding of numbers of this size."""
+def _without_rounding(x: float, scale: float) -> float:
+    """Return a number, zero for rounding errors of numbers of this size."""
     return float(x) if abs(x) > ROUNDING * scale else 0.0
 
 
@@ -128,26 +131,26 @@ def _(modal: Modes) -> Sequence[Part]:
 def modes_table(modal: Modes) -> Table:
     """Return a row for each mode: Hz, damping, strain energy by spring, kinetic energy by body, sensitivity."""
     strain, kinetic = strain_shares(modal), kinetic_shares(modal)
-    heads = ("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "% of Hz by % of")
+    heads = ("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "sensitivity, % Hz per % of")
     table = Table(heads, title=modal.linear.motion.machine.name)
     for k, f in enumerate(modal.frequencies):
         ratio = modal.damping_ratios[k]
         table.add_row(
             str(k + 1), _hertz(f, modal.growth[k], 6),
-            "-" if math.isnan(ratio) else f"{100 * _cleared(ratio, 1.0):.3g} %",
+            "-" if math.isnan(ratio) else f"{100 * _without_rounding(ratio, 1.0):.3g} %",
             _most(strain, k), _most(kinetic, k), _by(modal.sensitivity, k),
         )  # fmt: skip
     return table
 
 
 def _by(slopes: Sensitivity, mode: int) -> str:
-    """Return the most influential parameters of a frequency; of a repeated one in the first of its rows."""
+    """Return the most influential parameters of a frequency; for a repeated one in its first row only."""
     first = slopes.sharing(mode)[0]
     if first != mode:
         return f"see mode {first + 1}"
     strongest = (row for row in slopes.strongest(mode, MOST_LISTED) if max(map(abs, row[1:])) >= LEAST_LISTED)
-    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in strongest]
-    return ", ".join(f"{name} {low if low == high else f'{low} to {high}'}" for name, low, high in shown) or "-"
+    effects = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in strongest]
+    return ", ".join(f"{name} {low if low == high else f'{low} to {high}'}" for name, low, high in effects) or "-"
 
 
 def _hertz(frequency: float, growth: float, digits: int) -> str:
@@ -178,7 +181,7 @@ def modes_conclusion(modal: Modes) -> str:
     if swings and len(swings) < len(by_frequency):
         parts += _limit(modal, by_frequency[len(swings)], "the first that springs limit")
     parts += [_FREE] * bool(swings and modal.linear.motion.motors and not modal.linear.held)
-    return "; ".join([*parts, *unstable, *map(_repeated, slopes.repeated)])
+    return "; ".join([*parts, *unstable, *map(_repeated_note, slopes.repeated)])
 
 
 _FREE = "motors are free here: --hold all holds them"
@@ -188,19 +191,19 @@ def _limit(modal: Modes, first: int, which: str) -> list[str]:
     """Return the springs that limit a frequency, and the gain of a stiffer one."""
     strain, slopes = strain_shares(modal), modal.sensitivity
     sharing = list(slopes.sharing(first))
-    whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
-    said = f"{which}, {modal.frequencies[first]:.4g} Hz, is limited by"
+    shares = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
+    subject = f"{which}, {modal.frequencies[first]:.4g} Hz, is limited by"
     if len(sharing) > 1:
-        return [f"{said} {_most(whole, 0)} of its strain energy"]
-    name, share = whole.largest(0)
+        return [f"{subject} {_most(shares, 0)} of its strain energy"]
+    name, share = shares.largest(0)
     joints = modal.linear.motion.machine.joints
-    known = (f"{name}.stiffness", *(str(joint.spring.stiffness) for joint in joints if joint.name == name))
-    springs = [(p, x) for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p in known and x > 0]
+    stiffnesses = (f"{name}.stiffness", *(str(joint.spring.stiffness) for joint in joints if joint.name == name))
+    springs = [(p, x) for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p in stiffnesses and x > 0]
     gain = [f"1 % more {p} raises it by {x:.2g} %" for p, x in springs if name != GRAVITY_AND_LOADS]
-    return [f"{said} {name} ({share:.0%} of its strain energy)", *gain]
+    return [f"{subject} {name} ({share:.0%} of its strain energy)", *gain]
 
 
-def _repeated(modes: Sequence[int]) -> str:
+def _repeated_note(modes: Sequence[int]) -> str:
     return (
         f"modes {modes[0] + 1} to {modes[-1] + 1} share one frequency: their shapes may be combined freely, and a"
         " parameter splits it, from its smallest to its largest slope"
@@ -248,11 +251,11 @@ def _(tracked: Tracked) -> Sequence[Part]:
 def tracked_table(tracked: Tracked) -> Table:
     """Return a row for each position, a column for each mode that vibrates or grows anywhere."""
     f, growth = tracked.frequencies, tracked.growth
-    shown = np.flatnonzero(f.any(axis=0) | growth.any(axis=0))
+    listed = np.flatnonzero(f.any(axis=0) | growth.any(axis=0))
     title = f"{tracked.modes[0].linear.motion.machine.name}: frequencies, Hz"
-    table = Table((*tracked.joints, *(f"mode {k + 1}" for k in shown), "least MAC"), title=title)
+    table = Table((*tracked.joints, *(f"mode {k + 1}" for k in listed), "least MAC"), title=title)
     for point, (place, mac) in enumerate(zip(tracked.positions, tracked.mac, strict=True)):
-        hertz = (_hertz(f[point, k], growth[point, k], 5) for k in shown)
+        hertz = (_hertz(f[point, k], growth[point, k], 5) for k in listed)
         table.add_row(*(f"{x:.4g}" for x in place), *hertz, f"{mac.min():.3f}")
     return table
 
@@ -263,11 +266,11 @@ def tracked_conclusion(tracked: Tracked) -> str:
     low, high = f.min(axis=0), f.max(axis=0)
     spread = np.divide(high - low, high, out=np.zeros_like(high), where=high > 0)
     k = int(spread.argmax())
-    said = "no frequency depends on the position"
+    conclusion = "no frequency depends on the position"
     if spread.any():
-        said = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
+        conclusion = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
     growing = np.flatnonzero(tracked.growth.any(axis=0))
-    parts = [said, *(f"mode {m + 1} grows at {_positions(tracked.growth[:, m])}" for m in growing)]
+    parts = [conclusion, *(f"mode {m + 1} grows at {_positions(tracked.growth[:, m])}" for m in growing)]
     if tracked.doubtful:
         point, mode = tracked.doubtful[0]
         count = len(tracked.doubtful)
@@ -283,7 +286,7 @@ def _positions(growth: Array) -> str:
 declare(
     Tracked,
     *(Field(name, array=True) for name in ("joints", "positions", "frequencies", "growth", "mac")),
-    Field("shapes", lambda tracked: np.array([each.shapes for each in tracked.modes]), array=True, json=False),
+    Field("shapes", lambda tracked: np.array([modal.shapes for modal in tracked.modes]), array=True, json=False),
     Field("coordinates", lambda tracked: tracked.modes[0].linear.coordinates, array=True, json=False),
     Field("conclusion", tracked_conclusion),
     Field("joint", lambda tracked: _rows(tracked.joints, tracked.positions.T), json=False, column="{}"),
@@ -291,14 +294,27 @@ declare(
 )
 
 
-def _listed(transfer: PolesAndZeros, frequencies: Array, none: str) -> str:
+def _list(transfer: PolesAndZeros, frequencies: Array, none: str) -> str:
     return none if transfer.is_zero else ", ".join(f"{f:.5g}" for f in frequencies) or "-"
 
 
 def _pairs(response: Response) -> dict[str, Any]:
-    """Return the complex response of each pair."""
-    each = ((i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs)))
-    return {f"{response.outputs[i]} / {response.inputs[j]}": response.values[:, i, j] for i, j in each}
+    """Return the complex response of the pairs."""
+    pairs = ((i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs)))
+    return {f"{response.outputs[i]} / {response.inputs[j]}": response.values[:, i, j] for i, j in pairs}
+
+
+def _values(response: Response) -> list[dict[str, Any]]:
+    """Return magnitude and phase (deg, -180 to 180) by pair and frequency; empty for many frequencies."""
+    few = response.frequencies if len(response.frequencies) <= MOST_SHOWN else ()
+    return [
+        {"frequency": float(f), "input": source, "output": output, "magnitude": abs(x),
+         "unit": response.unit(output, source), "phase": float(np.angle(x, deg=True))}
+        for k, f in enumerate(few)
+        for j, source in enumerate(response.inputs)
+        for i, output in enumerate(response.outputs)
+        for x in [complex(response.values[k, i, j])]
+    ]  # fmt: skip
 
 
 declare(
@@ -307,8 +323,8 @@ declare(
     Field("output", head="to"),
     Field("no_response", "is_zero"),
     *map(Field, ("poles", "zeros")),
-    Field("resonances", "", "resonances", "Hz", text=lambda x: _listed(x, x.resonances, "no response")),
-    Field("antiresonances", "", "antiresonances", "Hz", text=lambda x: _listed(x, x.antiresonances, "-")),
+    Field("resonances", "", "resonances", "Hz", text=lambda x: _list(x, x.resonances, "no response")),
+    Field("antiresonances", "", "antiresonances", "Hz", text=lambda x: _list(x, x.antiresonances, "-")),
 )
 declare(
     PointStiffness, *map(Field, ("output", "source", "unit", "static", "held_by", "peak", "frequency", "shaken_by"))
@@ -320,6 +336,7 @@ declare(
     Field("points", lambda response: len(response.frequencies)),
     Field("low", lambda response: response.frequencies[0]),
     Field("high", lambda response: response.frequencies[-1]),
+    Field("values", _values),
     Field("notes", "all_notes"),
     Field("frequencies", array=True, json=False, column="frequency"),
     Field("G", "values", array=True, json=False),
@@ -330,11 +347,20 @@ declare(
 
 @parts_of.register
 def _(response: Response) -> Sequence[Part]:
-    """Return the table of poles and zeros, the band, and notes."""
-    low, high = response.frequencies[0], response.frequencies[-1]
-    band = f"{len(response.frequencies)} frequencies, {low:.4g} to {high:.4g} Hz"
+    """Return the table of poles and zeros, the response at a few frequencies or else their band, and notes."""
+    f = response.frequencies
     table = table_of(PolesAndZeros, response.transfers, response.machine)
-    return [table, band, *(one.sentence for one in response.stiffnesses), *response.all_notes]
+    values = values_table(response) if len(f) <= MOST_SHOWN else f"{len(f)} frequencies, {f[0]:.4g} to {f[-1]:.4g} Hz"
+    return [table, values, *(point.sentence for point in response.stiffnesses), *response.all_notes]
+
+
+def values_table(response: Response) -> Table:
+    """Return a table of magnitude and phase by pair and frequency."""
+    table = Table(("frequency, Hz", "from", "to", "magnitude", "unit", "phase, deg"))
+    for row in _values(response):
+        f, source, output, size, unit, phase = row.values()
+        table.add_row(f"{f:.6g}", source, output, f"{size:.4g}", unit, f"{phase:.1f}")
+    return table
 
 
 @parts_of.register
@@ -349,20 +375,20 @@ def frequencies_table(comparison: Comparison) -> Table:
     title = f"{comparison.full.linear.motion.machine.name}: motors {'held' if comparison.held else 'free'}"
     table = Table(("mode", "full, Hz", "reduced, Hz", "reduced / full"), title=title)
     for k, (f, g) in enumerate(zip(comparison.full.frequencies, comparison.reduced.frequencies, strict=True)):
-        shown = (_hertz(each.frequencies[k], each.growth[k], 6) for each in (comparison.full, comparison.reduced))
+        shown = (_hertz(modal.frequencies[k], modal.growth[k], 6) for modal in (comparison.full, comparison.reduced))
         table.add_row(str(k + 1), *shown, f"{g / f - 1:+.2%}" if f else "-")
     return table
 
 
 def losses_table(comparison: Comparison) -> Table:
-    """Return the errors of each approximation that is one, root mean square and largest."""
+    """Return the RMS and largest errors of the approximations that differ from the full model."""
     names = [*([] if comparison.alike else ["reduced"]), *([] if comparison.is_rigid else ["rigid"])]
     heads = ("joint", "quantity", "full, rms / largest", *(f"{name} misses" for name in names))
     table = Table(heads, title=comparison.trajectory.source)
     for loss in comparison.losses:
         missed: list[tuple[float, float]] = [getattr(loss, name) for name in names]
-        shown = [size if _matters(size, loss) else (0.0, 0.0) for size in missed]
-        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *shown))
+        significant = [size if _matters(size, loss) else (0.0, 0.0) for size in missed]
+        sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *significant))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
     return table
 
@@ -384,24 +410,24 @@ def comparison_conclusion(comparison: Comparison) -> str:
         )
     elif torques:
         worst = max(torques, key=lambda loss: loss.reduced[0] / loss.full[0])
-        parts.append(f"the reduced model misses {_missed(worst.reduced, worst)} of the torque of {worst.joint}")
+        parts.append(f"the reduced model misses {_error_text(worst.reduced, worst)} of the torque of {worst.joint}")
     if comparison.is_rigid:
         parts.append("no joint is elastic, so the rigid limit is the machine itself")
     elif torques:
         worst = max(torques, key=lambda loss: loss.rigid[0] / loss.full[0])
-        parts.append(f"the rigid limit misses {_missed(worst.rigid, worst)} of the torque of {worst.joint}")
+        parts.append(f"the rigid limit misses {_error_text(worst.rigid, worst)} of the torque of {worst.joint}")
     parts = parts or ["no motor has a torque on this motion"]
-    for name, each in _models(comparison).items():
-        parts += [f"mode {k + 1} of the {name} model grows" for k in np.flatnonzero(each.growth if each else ())]
+    for name, modal in _models(comparison).items():
+        parts += [f"mode {k + 1} of the {name} model grows" for k in np.flatnonzero(modal.growth if modal else ())]
     return "; ".join(parts)
 
 
 def _matters(size: tuple[float, float], loss: Loss) -> bool:
-    """Return whether a loss is more than rounding."""
+    """Return whether a loss exceeds rounding."""
     return size[1] > LEAST_LOSS * loss.full[1]
 
 
-def _missed(size: tuple[float, float], loss: Loss) -> str:
+def _error_text(size: tuple[float, float], loss: Loss) -> str:
     return f"up to {size[0] / loss.full[0]:.2g}" if _matters(size, loss) else "nothing"
 
 
@@ -409,8 +435,8 @@ declare(Beyond, *map(Field, ("joint", "quantity", "t", "value", "low", "high", "
 declare(Loss, *map(Field, ("joint", "quantity", "unit", "full", "reduced", "rigid")))
 declare(
     Comparison,
-    Field("frequencies", lambda x: {name: each.frequencies if each else () for name, each in _models(x).items()}),
-    Field("growth", lambda x: {name: each.growth if each else () for name, each in _models(x).items()}),
+    Field("frequencies", lambda x: {name: modal.frequencies if modal else () for name, modal in _models(x).items()}),
+    Field("growth", lambda x: {name: modal.growth if modal else () for name, modal in _models(x).items()}),
     Field("motion", "trajectory.source"),
     Field("losses"),
     Field("notes"),
@@ -430,14 +456,14 @@ def feed_forward_table(command: FeedForward) -> Table:
 
     Where motors follow from loops, the derivatives are those of the joints that are to follow, in rows before.
     """
-    said = command.as_json()
-    first = "joint, motor" if "joints" in said else "motor"
+    data = command.as_json()
+    first = "joint, motor" if "joints" in data else "motor"
     heads = (first, "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
-    table = Table(heads, title=f"{command.machine.name}: {said['motion']}")
-    for name, joint in said.get("joints", {}).items():
+    table = Table(heads, title=f"{command.machine.name}: {data['motion']}")
+    for name, joint in data.get("joints", {}).items():
         table.add_row(name, f"{joint['order']} / {joint['given']}", "-", "-", "-")
     for joint in command.machine.motor_joints:
-        motor, unit, force = said["motors"][joint.name], joint.unit, joint.force_unit
+        motor, unit, force = data["motors"][joint.name], joint.unit, joint.force_unit
         table.add_row(
             joint.name, f"{motor['order']} / {motor['given']}" if "order" in motor else "-",
             f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
@@ -473,7 +499,7 @@ def _(command: FeedForward) -> dict[str, Any]:
 
 
 def _derivatives(command: FeedForward, name: str) -> dict[str, float]:
-    """Return how many derivatives of the prescribed motion of a joint are needed and given."""
+    """Return the required and the available number of derivatives of a joint's motion."""
     return {"order": command.orders[name], "given": command.reference.order(name)}
 
 

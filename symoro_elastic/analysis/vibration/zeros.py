@@ -1,4 +1,4 @@
-"""Poles and zeros of one transfer function; zeros on the imaginary axis are antiresonances.
+"""Poles and zeros of a transfer function; zeros on the imaginary axis are antiresonances.
 
 Zeros are the finite s at which [[s^2 M + s D + K, -F], [Cq + s Cv + s^2 Ca, 0]] is singular. How many there are
 follows from the first Markov parameter that does not vanish. Those at s = 0 follow from the structure: powers of s in
@@ -28,7 +28,7 @@ PLACES, OFF_POLES = 12, 1j * np.pi / 3
 
 @dataclass(frozen=True)
 class PolesAndZeros:
-    """Poles and zeros of the transfer function from `input` to `output`, rad/s; those that cancel are left out.
+    """Poles and zeros of the transfer function from `input` to `output`, rad/s; cancelled pairs are omitted.
 
     `is_zero`: the transfer function is 0 at every s, without poles and zeros.
     """
@@ -41,7 +41,7 @@ class PolesAndZeros:
 
     @property
     def resonances(self) -> Array:
-        """|p| / 2 pi of the pole pairs that swing, Hz, ascending."""
+        """|p| / 2 pi of the oscillating pole pairs, Hz, ascending."""
         return _swinging(self.poles)
 
     @property
@@ -52,8 +52,7 @@ class PolesAndZeros:
 
 
 def _swinging(roots: ComplexArray) -> Array:
-    frequencies: Array = np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi)
-    return frequencies
+    return np.asarray(np.sort(np.abs(roots[roots.imag > 0])) / (2 * np.pi))
 
 
 def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros:
@@ -65,7 +64,7 @@ def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros
         return PolesAndZeros(linear.inputs[j], linear.outputs[i], none, none, is_zero=True)
     zeros = _zeros(linear, i, j)
     rate = float(np.abs(poles).max(initial=1.0))
-    left_poles, left_zeros = _cancelled(poles, zeros, CANCELLING * rate)
+    left_poles, left_zeros = _cancel(poles, zeros, CANCELLING * rate)
     return PolesAndZeros(linear.inputs[j], linear.outputs[i], left_poles, left_zeros)
 
 
@@ -76,15 +75,15 @@ def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str)
 
 
 def _is_zero(linear: Linearization, i: int, j: int, poles: ComplexArray) -> bool:
-    """Return whether G is 0 to rounding, from below the slowest to above the fastest pole."""
+    """Return whether G is 0 within rounding, from below the slowest to above the fastest pole."""
     scale = 1 / np.sqrt(np.diag(linear.M))
     both, b = np.outer(scale, scale), linear.F[:, j] * scale
     rates = np.abs(poles[poles != 0])
     places = np.geomspace(rates.min(initial=1.0) / 2, rates.max(initial=1.0) * 2, PLACES) * np.exp(OFF_POLES)
     for s in places:
         moved = np.linalg.solve((s * s * linear.M + s * linear.D + linear.K) * both, b.astype(complex))
-        seen = (linear.Cq[i] + s * linear.Cv[i] + s * s * linear.Ca[i]) * scale
-        if abs(seen @ moved) > NO_RESPONSE * np.linalg.norm(seen) * np.linalg.norm(moved):
+        row = (linear.Cq[i] + s * linear.Cv[i] + s * s * linear.Ca[i]) * scale
+        if abs(row @ moved) > NO_RESPONSE * np.linalg.norm(row) * np.linalg.norm(moved):
             return False
     return True
 
@@ -105,18 +104,18 @@ def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
     B = np.concatenate([np.zeros(n), np.linalg.solve(M, b)])
     C = np.concatenate([c[0], c[1]]) + c[2] @ A[n:]
     feed = float(c[2] @ B[n:])
-    kept = _without_idle(A, C)
-    at_zero += len(A) - len(kept)
-    A, B, C = A[np.ix_(kept, kept)], B[kept], C[kept]
+    active = _without_idle(A, C)
+    at_zero += len(A) - len(active)
+    A, B, C = A[np.ix_(active, active)], B[active], C[active]
     return np.concatenate([np.zeros(at_zero), rate * _of_pencil(A, B, C, feed)])
 
 
 def _without_idle(A: Array, C: Array) -> NDArray[np.intp]:
-    """Return the states but those that nothing depends on: their columns of the pencil are -s, a zero at 0 each."""
-    kept: NDArray[np.intp] = np.arange(len(A), dtype=np.intp)
-    while len(kept) and (idle := ~(A[np.ix_(kept, kept)].any(axis=0) | (C[kept] != 0))).any():
-        kept = kept[~idle]
-    return kept
+    """Return the states that others depend on; each other one is a zero at 0, by a column -s of the pencil."""
+    active: NDArray[np.intp] = np.arange(len(A), dtype=np.intp)
+    while len(active) and (idle := ~(A[np.ix_(active, active)].any(axis=0) | (C[active] != 0))).any():
+        active = active[~idle]
+    return active
 
 
 def _of_pencil(A: Array, B: Array, C: Array, feed: float) -> ComplexArray:
@@ -136,7 +135,7 @@ def _of_pencil(A: Array, B: Array, C: Array, feed: float) -> ComplexArray:
 
 
 def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
-    """Return the number of finite zeros: states less the relative degree."""
+    """Return the number of finite zeros: states minus the relative degree."""
     if abs(feed) > VANISHING_PARAMETER * np.linalg.norm(C) * np.linalg.norm(B):
         return len(A)
     moved = B
@@ -147,13 +146,13 @@ def _finite(A: Array, B: Array, C: Array, feed: float) -> int:
     return 0
 
 
-def _cancelled(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
+def _cancel(poles: ComplexArray, zeros: ComplexArray, near: float) -> tuple[ComplexArray, ComplexArray]:
     """Return the poles and zeros that do not cancel each other; zeros at 0, which are exact, cancel last."""
-    left, kept = list(zeros), []
+    remaining, uncancelled = list(zeros), []
     for pole in poles:
-        close = [k for k, zero in enumerate(left) if abs(zero - pole) <= near]
+        close = [k for k, zero in enumerate(remaining) if abs(zero - pole) <= near]
         if close:
-            left.pop(min(close, key=lambda k: (left[k] == 0, abs(left[k] - pole))))
+            remaining.pop(min(close, key=lambda k: (remaining[k] == 0, abs(remaining[k] - pole))))
         else:
-            kept.append(pole)
-    return np.array(kept, dtype=complex), np.array(left, dtype=complex)
+            uncancelled.append(pole)
+    return np.array(uncancelled, dtype=complex), np.array(remaining, dtype=complex)

@@ -29,18 +29,15 @@ def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
     """Return the models as functions of arrays of a library; raises `InputError` for what is not such a library."""
     missing = [name for name in (*FUNCTIONS, *OF_TWO, *ON_ARRAYS) if not hasattr(library, name)]
     if missing or not (hasattr(library, "atan2") or hasattr(library, "arctan2")):
-        what = f"{_called(library)} has no {(*missing, 'atan2')[0]}: give the name of a backend, or an array library"
+        name = getattr(library, "__name__", repr(library))
+        what = f"{name} has no {(*missing, 'atan2')[0]}: give the name of a backend, or an array library"
         raise InputError("symoro-elastic", "--backend", what)
     namespace = _Namespace(library)
     return {model.name: _function(model, namespace) for model in models_of(package, module)}
 
 
-def _called(library: Any) -> str:
-    return str(getattr(library, "__name__", repr(library)))
-
-
 class _Namespace:
-    """A library: the functions that programs call, and those on arrays."""
+    """A library: its functions for programs, and its functions of arrays."""
 
     def __init__(self, library: Any) -> None:
         self.library = library
@@ -80,12 +77,12 @@ class _Namespace:
         return [array[..., k] for k in range(array.shape[-1])]
 
     def zero(self, arrays: Sequence[Any]) -> Any:
-        """Return zeros in the leading shape, type and place that results of these arguments have."""
+        """Return zeros of the leading shape, type and device of results for these arguments."""
         xp = self.library
         return reduce(add, [xp.sum(xp.zeros_like(array), axis=-1) for array in arrays]) * 1.0
 
     def stack(self, entries: Sequence[Any], shape: tuple[int, ...], zero: Any) -> Any:
-        """Return the array of a result whose entries are arrays, or numbers where they depend on nothing."""
+        """Return the array of a result whose entries are arrays, or numbers if constant."""
         xp, lead = self.library, zero.shape
         if not entries:
             return xp.reshape(xp.broadcast_to(zero[..., None], (*lead, 1))[..., :0], (*lead, *shape))
@@ -101,7 +98,7 @@ def _function(model: Model, namespace: _Namespace) -> Callable[..., Any]:
     def call(*given: Any, **named: Any) -> Any:
         bound = signature.bind(*given, **named)
         bound.apply_defaults()
-        *states, p = (_checked(model, namespace, name, x) for name, x in bound.arguments.items())
+        *states, p = (_as_array(model, namespace, name, x) for name, x in bound.arguments.items())
         constants = _constants(model, namespace, p)
         zero = namespace.zero([*states, *([] if states and _is_known(p) else [namespace.array(p)])])
         results = model.program(namespace, *map(namespace.entries, states), constants)
@@ -111,8 +108,8 @@ def _function(model: Model, namespace: _Namespace) -> Callable[..., Any]:
     return call
 
 
-def _checked(model: Model, namespace: _Namespace, name: str, value: Any) -> Any:
-    """Return an argument as an array, one that is a matrix row by row; parameters that are known stay on numpy.
+def _as_array(model: Model, namespace: _Namespace, name: str, value: Any) -> Any:
+    """Return an argument as an array, a matrix being flattened row by row; known parameters stay on numpy.
 
     Raises `ValueError` where its last axis has not as many entries as the model needs.
     """
@@ -127,11 +124,11 @@ def _checked(model: Model, namespace: _Namespace, name: str, value: Any) -> Any:
 
 
 def _is_known(p: Any) -> bool:
-    """Whether parameters are one row of numpy: known when the call begins."""
+    """Whether parameters are a single row of numpy, which is known when the call begins."""
     return isinstance(p, np.ndarray) and p.ndim == 1
 
 
 def _constants(model: Model, namespace: _Namespace, p: Any) -> Sequence[Any]:
-    """Return what a program needs of parameters; of those that are known, in double precision on any library."""
-    found = model.constants_on_floats(p.tolist()) if _is_known(p) else None
-    return model.constants(namespace, namespace.entries(namespace.array(p))) if found is None else found
+    """Return the parameter-only values of a program; of known parameters, in double precision on any library."""
+    constants = model.constants_on_floats(p.tolist()) if _is_known(p) else None
+    return model.constants(namespace, namespace.entries(namespace.array(p))) if constants is None else constants

@@ -19,10 +19,10 @@ CasadiFunction: Any = casadi.Function
 
 
 class ModelFunction(CasadiFunction):  # type: ignore[misc]
-    """A `casadi.Function` whose last input p may be left out: it then has the values of the machine.
+    """A `casadi.Function` whose last input p is optional: its default is the values of the machine.
 
     Called by position it returns results; called by names only, a dictionary of them, as functions of CasADi do.
-    Vectors are columns; k states side by side, as columns of each argument, give k results side by side.
+    Vectors are columns; k states as columns of all arguments give k columns of results.
     """
 
     def __init__(self, function: Any, defaults: Any, signature: Signature, doc: str | None) -> None:
@@ -30,7 +30,7 @@ class ModelFunction(CasadiFunction):  # type: ignore[misc]
         self.defaults, self.__signature__, self.__doc__ = defaults, signature, doc
 
     def __call__(self, *given: Any, **named: Any) -> Any:
-        """Return results; raises `TypeError` where another argument than p is left out."""
+        """Return results; raises `TypeError` where an argument other than p is missing."""
         arguments = self.__signature__.bind(*given, **named).arguments
         for value in arguments.values():
             refuse_no_numbers(value)
@@ -73,7 +73,7 @@ def _function(machine: str, model: Model, named: Function, parameters: Sequence[
 
 
 class _Functions:
-    """What programs call."""
+    """The functions that programs call, in CasADi."""
 
     sin, cos, sqrt, sign, atan2 = casadi.sin, casadi.cos, casadi.sqrt, casadi.sign, casadi.atan2
 
@@ -90,7 +90,7 @@ class _Functions:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Build expressions with the operations of the program: x*(1/y) else becomes x/y, with another rounding."""
+    """Build expressions exactly as the program: CasADi else turns x*(1/y) into x/y, with another rounding."""
     options = casadi.GlobalOptions
     before = options.getSimplificationOnTheFly()
     options.setSimplificationOnTheFly(False)

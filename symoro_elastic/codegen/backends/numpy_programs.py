@@ -17,7 +17,7 @@ class Model:
 
     `constants(functions, p)` is its work for a parameter set, `program(functions, *arguments, constants)` that for a
     state: arguments and results by entries, on all numbers with `+ - * /` for which `functions` gives sin, cos, sqrt,
-    sign and atan2. `inputs` are the entries of each argument and of p. `on_numpy` is the function of arrays, `floats`
+    sign and atan2. `inputs` are the entries of arguments and of p. `on_numpy` is the function of arrays, `floats`
     are the functions of floats.
     """
 
@@ -30,7 +30,7 @@ class Model:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the model."""
         return self.function.name
 
     @property
@@ -40,7 +40,7 @@ class Model:
 
     @property
     def rows(self) -> dict[str, int]:
-        """Rows of the arguments that may be given as matrices: they are entered row by row."""
+        """Rows of the arguments that may be matrices, which are flattened row by row."""
         return {argument.name: argument.quantity.rows for argument in self.function.arguments if argument.quantity.rows}
 
     @property
@@ -65,5 +65,5 @@ def models_of(package: Package, module: ModuleType) -> Iterator[Model]:
 
 
 def one_or_all(results: Sequence[Any]) -> Any:
-    """Return what a call returns: its only result, or the tuple of all."""
+    """Return the only result, or the tuple of all results."""
     return results[0] if len(results) == 1 else tuple(results)

@@ -26,7 +26,7 @@ def expressions(package: Package, module: ModuleType) -> dict[str, ExpressionFun
 
 
 class ExpressionFunction:
-    """A model as a function of SymPy expressions; what is left out of its arguments stays symbols.
+    """A model as a function of SymPy expressions; omitted arguments are symbols.
 
     Symbols have the names of the machine's variables and parameters, rates and the like those of generated code:
     `symbols` gives them by argument. Numbers of the machine's file are exact. Results are matrices, vectors as columns;
@@ -40,7 +40,7 @@ class ExpressionFunction:
         self.symbols = {name: tuple(map(sympy.Symbol, entries)) for name, entries in names.items()}
         self.__name__, self.__doc__ = model.name, model.on_numpy.__doc__
         arguments = model.signature.parameters.values()
-        self.__signature__ = model.signature.replace(parameters=[one.replace(default=None) for one in arguments])
+        self.__signature__ = model.signature.replace(parameters=[x.replace(default=None) for x in arguments])
 
     @property
     def program(self) -> Program:
@@ -48,7 +48,7 @@ class ExpressionFunction:
         return self.model.function.program
 
     def __call__(self, *given: Any, **named: Any) -> Any:
-        """Return results for expressions; symbols stand for arguments that are left out."""
+        """Return results for expressions; omitted arguments are symbols."""
         bound = self.__signature__.bind(*given, **named)
         values = {
             symbol: x
@@ -63,7 +63,7 @@ class ExpressionFunction:
         )
 
     def cse(self) -> tuple[list[tuple[Any, Any]], list[Any]]:
-        """Return the lines of generated code as `sympy.cse` does: (symbol, expression) of each, and the results."""
+        """Return the generated code in the form of `sympy.cse`: assignments (symbol, expression), and results."""
         statements = (*self.program.once, *self.program.statements)
         assigned = {statement.node.id: statement for statement in statements}
         convert, lines = Conversion(sympy), {}
@@ -74,11 +74,11 @@ class ExpressionFunction:
                 lines[statement.name] = (symbol, sign * x)
                 x = sign * symbol
             convert.found[node.id] = x
-        results = [_array(output, [_found(convert, x) for x in output.entries]) for output in self.program.outputs]
+        results = [_array(x, [_expression_of(convert, entry) for entry in x.entries]) for x in self.program.outputs]
         return [lines[statement.name] for statement in statements], results
 
     def _entries(self, name: str, value: Any) -> list[Any]:
-        """Return the entries of an argument, those of a matrix row by row; raises `ValueError` for another size."""
+        """Return the entries of an argument, a matrix row by row; raises `ValueError` for another size."""
         refuse_no_numbers(value)
         entries = sympy.flatten(value.tolist() if hasattr(value, "tolist") else value)
         if len(entries) != len(self.symbols[name]):
@@ -97,7 +97,7 @@ class ExpressionFunction:
         """Return an entry of a result: written out where that is short."""
         if isinstance(x, Expression) and x.id in self._written_out:
             return self._written_out[x.id].xreplace(values)
-        return _found(convert, x)
+        return _expression_of(convert, x)
 
     @cached_property
     def _written_out(self) -> dict[int, Any]:
@@ -118,7 +118,7 @@ def _expression(name: str, x: Any) -> Any:
     raise TypeError(f"{name}: {x!r} is neither an expression nor a number")
 
 
-def _found(convert: Conversion, x: Operand) -> Any:
+def _expression_of(convert: Conversion, x: Operand) -> Any:
     return convert.found[x.id] if isinstance(x, Expression) else convert(x)
 
 

@@ -1,4 +1,4 @@
-"""Numbers in C by the names that the machine gives them, declared where they are first used."""
+"""Numbers in C by their names in the machine, declared where they are first used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from symoro_elastic.symbolic.expression import Operand
 
 @dataclass(frozen=True)
 class Literal:
-    """A number without sign as it is written, with its name and all that it is."""
+    """The text of a number without sign, with its name and meanings."""
 
     name: str
     text: str
@@ -23,7 +23,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class _Number:
-    """A number of the machine, whose magnitude is what equations hold."""
+    """A number of the machine, whose magnitude occurs in equations."""
 
     constant: Constant
     negative: bool
@@ -37,7 +37,7 @@ Key = tuple[int | None, str]
 
 
 class Literals:
-    """The named numbers of one function, by joint and by the text of their magnitude."""
+    """The named numbers of a function, by joint and by the text of their magnitude."""
 
     def __init__(
         self,
@@ -47,9 +47,9 @@ class Literals:
         joints: Sequence[str],
         antecedents: Sequence[int],
     ) -> None:
-        """`written` writes a number where the function may hold it; names that are `taken` are not used.
+        """`written` prints a number in the function's form; names in `taken` are reserved.
 
-        `antecedents` are those of the joints: a joint's equations may hold numbers of those that it carries.
+        `antecedents` are those of the joints: a joint's equations may contain numbers of joints that it carries.
         """
         self._found: dict[Key, Literal] = {}
         self._carried: dict[int | None, list[int]] = {}
@@ -68,7 +68,7 @@ class Literals:
                 self._found[key] = Literal(free[0], key[1], _meanings(key[0], group, joints))
 
     def find(self, joint: int | None, text: str) -> Literal | None:
-        """The number of a joint that is written so, or else of the whole machine, or of a joint that it carries."""
+        """The number with this text of a joint, or else of the machine, or of a joint that it carries."""
         for owner in (joint, None, *self._carried.get(joint, ())):
             if (owner, text) in self._found:
                 return self._found[owner, text]
@@ -76,7 +76,7 @@ class Literals:
 
 
 def _meanings(joint: int | None, group: Sequence[_Number], joints: Sequence[str]) -> tuple[str, ...]:
-    """What a number is, the unit after the meanings that share it."""
+    """Meanings of a number; the unit follows the meanings that share it."""
     by_unit: dict[str, dict[str, None]] = {}
     for number in group:
         by_unit.setdefault(number.constant.unit, {}).setdefault(number.constant.meaning)
@@ -87,7 +87,7 @@ def _meanings(joint: int | None, group: Sequence[_Number], joints: Sequence[str]
 
 
 def declaration(literal: Literal, type_: str) -> list[str]:
-    """Lines that declare a named number, its meanings beside it or, where they are long, above it."""
+    """Lines that declare a named number, with its meanings after it or, where they are long, above it."""
     line = f"{INDENT}const {type_} {literal.name} = {literal.text};"
     meaning = in_comment("; ".join(literal.meanings))
     if len(line) + len(meaning) + len(" /*  */") <= WIDTH:

@@ -1,4 +1,4 @@
-"""One model as C in fixed point: whole numbers, products of 64 bits, shifts."""
+"""A model as C in fixed point: integers, products of 64 bits, shifts."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from symoro_elastic.codegen.fixed_point import (
     LONGEST_OF_PRODUCT,
     LONGEST_SHIFT,
     OF_CIRCLE,
-    PI,
+    TURN,
     TURN_BITS,
     FixedPoint,
+    is_any_angle,
     number_of,
     power_of_two,
-    quantized,
+    quantize,
     symbols_of,
     turn_factor,
-    unit_of_turn,
+    whole_units,
 )
 from symoro_elastic.codegen.guaranteed import EntryRange
 from symoro_elastic.codegen.package import Function, Package
@@ -34,7 +35,7 @@ from symoro_elastic.symbolic.program import Statement
 
 
 class FixedPrinter(Printer):
-    """Expressions on whole numbers, each in units of its own; `called` are the functions that they need."""
+    """Prints expressions on integers with individual units; `called` are the functions that they need."""
 
     def __init__(self, function: Function, fixed: FixedPoint, name: str) -> None:
         super().__init__(function.program)
@@ -43,19 +44,19 @@ class FixedPrinter(Printer):
         self.called: set[str] = set()
 
     def bits(self, x: Operand) -> int:
-        """The bits behind the binary point of an operand."""
+        """The bits after the binary point of an operand."""
         number = number_of(x)
         if number is not None:
-            return quantized(number).bits
+            return quantize(number).bits
         return self.fixed.bits[x.id] if isinstance(x, Expression) else OF_CIRCLE
 
     def text(self, x: Operand) -> Text:
-        """An operand in its own units."""
+        """The text of an operand in its own units."""
         number = number_of(x)
-        return super().text(x) if number is None else self.whole(quantized(number).value)
+        return super().text(x) if number is None else self.whole(quantize(number).value)
 
     def whole(self, value: int) -> Text:
-        """A whole number."""
+        """An integer."""
         return Text(value < 0, str(abs(value)), ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
@@ -63,65 +64,65 @@ class FixedPrinter(Printer):
         if node.operation in (SYMBOL, NEGATE):
             return super().operation(node, flipped)
         if node.operation in (ADD, SUBTRACT):
-            first, second = (self.aligned(x, self.bits(node)) for x in node.operands)
+            first, second = (self.align(x, self.bits(node)) for x in node.operands)
             return self.operators[node.operation](flipped, first, second)
         if node.operation == MULTIPLY:
             return self.product(node, flipped)
         if node.operation == SIGN:
-            return self.made(flipped, "sign", self.text(node.operands[0]).signed())
+            return self.call_of(flipped, "sign", self.text(node.operands[0]).signed())
         if node.operation in (MINIMUM, MAXIMUM):
-            return self.made(
-                flipped, node.operation, *(self.aligned(x, self.bits(node)).signed() for x in node.operands)
+            return self.call_of(
+                flipped, node.operation, *(self.align(x, self.bits(node)).signed() for x in node.operands)
             )
         return self.circle(node, flipped)
 
-    def aligned(self, x: Operand, bits: int) -> Text:
+    def align(self, x: Operand, bits: int) -> Text:
         """An operand with fewer bits, rounded to nearest; a product that has no name is rounded once only."""
         number = number_of(x)
         if number is not None:
-            return self.whole(quantized(number, bits).value)
+            return self.whole(quantize(number, bits).value)
         if isinstance(x, Expression) and x.id not in self.variables and x.operation == MULTIPLY:
             return self.product(x, False, self.bits(x) - bits)
-        found, shift = self.text(x), self.bits(x) - bits
+        text, shift = self.text(x), self.bits(x) - bits
         if not shift:
-            return found
-        return self.shifted(found, shift)
+            return text
+        return self.shift_right(text, shift)
 
-    def shifted(self, x: Text, shift: int) -> Text:
-        """A number rounded to fewer bits; zero where nothing is left of it."""
+    def shift_right(self, x: Text, shift: int) -> Text:
+        """A number rounded to fewer bits; zero where no bits remain."""
         if shift > LONGEST_SHIFT:
             return Text(False, f"0*{x.factor(ATOM)}", PRODUCT)
-        return self.made(x.negative, "shifted", x.text, f"{shift}U")
+        return self.call_of(x.negative, "shifted", x.text, f"{shift}U")
 
     def product(self, node: Expression, flipped: bool, fewer: int = 0) -> Text:
-        """A product with `fewer` bits than its own; one by a power of two has the integer of its factor."""
+        """A product with `fewer` bits than its node; a product with a power of two keeps the integer of its factor."""
         x, y = node.operands
         first, second = self.text(x), self.text(y)
         if power_of_two(y) is not None:
-            found = Text(first.negative != (second.negative != flipped), first.text, first.binding)
-            return self.shifted(found, fewer) if fewer else found
+            product = Text(first.negative != (second.negative != flipped), first.text, first.binding)
+            return self.shift_right(product, fewer) if fewer else product
         shift = self.bits(x) + self.bits(y) - self.bits(node) + fewer
         negative = (first.negative != second.negative) != flipped
         if shift > LONGEST_OF_PRODUCT:
             return Text(False, f"0*{first.factor(ATOM)}*{second.factor(ATOM)}", PRODUCT)
         if not shift:
             return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
-        return self.made(negative, "product", first.text, second.text, f"{shift}U")
+        return self.call_of(negative, "product", first.text, second.text, f"{shift}U")
 
     def circle(self, node: Expression, flipped: bool) -> Text:
-        """A sine or cosine: an entry of an array where its angle is given."""
+        """A sine or cosine: an entry of an array where its angle is an argument."""
         angle = node.operands[0]
         if angle.id in self.angles:
             array = "sine" if node.operation == SIN else "cosine"
             return Text(flipped, f"{array}[{self.angles[angle.id]}]", ATOM)
-        return self.made(flipped, "sine" if node.operation == SIN else "cosine", self.angle(angle))
+        return self.call_of(flipped, "sine" if node.operation == SIN else "cosine", self.angle(angle))
 
     def angle(self, x: Expression) -> str:
         """An angle as a part of a turn."""
         if x.id in self.fixed.turns:
             return self.turn(x).signed()
         factor = turn_factor(self.bits(x))
-        return self.made(False, "turns", self.text(x).signed(), str(factor.value), f"{factor.bits}U").text
+        return self.call_of(False, "turns", self.text(x).signed(), str(factor.value), f"{factor.bits}U").text
 
     def turn(self, x: Expression) -> Text:
         """A sum of parts of a turn, which wraps around."""
@@ -132,15 +133,15 @@ class FixedPrinter(Printer):
             return Text(inner.negative != (times < 0), f"{abs(times)}U*{inner.factor(ATOM)}", PRODUCT)
         return self.operators[x.operation](False, *(self.turn(y) for y in x.needs))
 
-    def made(self, negative: bool, function: str, *arguments: str) -> Text:
-        """A call of one of the functions of the file."""
+    def call_of(self, negative: bool, function: str, *arguments: str) -> Text:
+        """A call of a function of the file."""
         self.called.add(function)
         return Text(negative, f"{self.name}_{function}({', '.join(arguments)})", ATOM)
 
 
 @dataclass(frozen=True)
 class FixedArray:
-    """An array of a function: name, size as C says it, the unit of each entry, and the bits that make it.
+    """An array of a function: name, size as text, and units of its entries with the bits that define them.
 
     Bits are None of an entry that is not used, `TURN_BITS` with `turns` True of a part of a turn.
     """
@@ -152,15 +153,15 @@ class FixedArray:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units as numbers of C, SI; 0 of what is not used."""
+        """The units as numbers of C, SI; 0 for unused entries."""
         pairs = zip(self.bits, self.turns, strict=True)
         return tuple(
-            repr(unit_of_turn()) if turns else "0.0" if bits is None else repr(math.ldexp(1.0, -bits))
+            repr(float(TURN)) if turns else "0.0" if bits is None else repr(math.ldexp(1.0, -bits))
             for bits, turns in pairs
         )
 
     @property
-    def described(self) -> str:
+    def units_in_words(self) -> str:
         """The units in words."""
         parts = [
             f"{self.name}[{k}] " + (f"2^-{TURN_BITS} turn" if turns else "not used" if bits is None else f"2^{-bits}")
@@ -171,7 +172,7 @@ class FixedArray:
 
 @dataclass(frozen=True)
 class FixedText:
-    """What the templates are given of a model."""
+    """Template data of a model."""
 
     name: str
     title: str
@@ -194,7 +195,7 @@ class FixedText:
 
 
 class FixedFunction:
-    """The text of one model."""
+    """Builds the text of a model."""
 
     def __init__(self, package: Package, function: Function, name: str) -> None:
         """`name` begins the names of functions; raises `ValueError` for a function without scales."""
@@ -206,11 +207,11 @@ class FixedFunction:
         self.symbols = symbols_of(function.program)
 
     def text(self) -> FixedText:
-        """What the templates are given."""
+        """Return the template data."""
         about = function_context(self.function)
         arguments, results = tuple(self._arguments()), tuple(self._results())
         body = "\n".join(self._body())
-        units = (f"units: {'; '.join(array.described for array in (*arguments, *results))}",)
+        units = (f"units: {'; '.join(array.units_in_words for array in (*arguments, *results))}",)
         guaranteed = self.function.guaranteed.get("fixed-point")
         return FixedText(
             name=self.name,
@@ -237,16 +238,18 @@ class FixedFunction:
         return with_arguments(f"{result} {self.name}{end}", declared)
 
     def _arguments(self) -> Iterator[FixedArray]:
-        symbols = {one.name: one.symbols for one in self.function.program.inputs}
+        symbols = {argument.name: argument.symbols for argument in self.function.program.inputs}
         for argument in self.function.arguments:
-            nodes = [self.symbols.get(name) for name in symbols.get(argument.name, ())]
-            nodes += [None] * (argument.size - len(nodes))
-            turns = tuple(x is not None and x.id in self.fixed.turns for x in nodes)
-            bits = tuple(
-                None if x is None else TURN_BITS if turn else self.fixed.bits[x.id]
-                for x, turn in zip(nodes, turns, strict=True)
-            )
+            names = [*symbols.get(argument.name, ())]
+            units = [self._unit(name) for name in names] + [(None, False)] * (argument.size - len(names))
+            bits, turns = zip(*units, strict=True) if units else ((), ())
             yield FixedArray(argument.name, str(argument.size), bits, turns)
+
+    def _unit(self, name: str) -> tuple[int | None, bool]:
+        """The bits of a variable, and whether it is a part of a turn."""
+        node, limited = self.symbols.get(name), self.fixed.only_limited
+        turns = node.id in self.fixed.turns if node else name in limited and limited[name] is None
+        return TURN_BITS if turns else self.fixed.bits[node.id] if node else limited.get(name), turns
 
     def _results(self) -> Iterator[FixedArray]:
         for output in self.function.program.outputs:
@@ -256,7 +259,7 @@ class FixedFunction:
 
     def _body(self) -> Iterator[str]:
         program, printer = self.function.program, self.printer
-        entries = {one.name: {symbol: str(k) for k, symbol in enumerate(one.symbols)} for one in program.inputs}
+        entries = {x.name: {symbol: str(k) for k, symbol in enumerate(x.symbols)} for x in program.inputs}
         lines = Writer(printer, replace(C, declare="const int32_t "), self.package.joint_names)
         used = {node.operands[0] for node in program.nodes if node.operation == SYMBOL}
         writer = _FixedWriter(lines)
@@ -265,8 +268,8 @@ class FixedFunction:
         )
         yield from lines.unpack(entries, used)
         yield from self._angles()
-        kept = [s for s in (*program.once, *program.statements) if s.node.id not in self.fixed.turns]
-        yield from writer.statements(kept)
+        statements = [s for s in (*program.once, *program.statements) if s.node.id not in self.fixed.turns]
+        yield from writer.statements(statements)
         yield ""
         for output in program.outputs:
             for k, x in enumerate(output.entries):
@@ -289,10 +292,10 @@ class FixedFunction:
     def _conditions(self, arguments: Sequence[FixedArray], ranges: Sequence[EntryRange]) -> Iterator[str]:
         texts = []
         arrays = {array.name: array for array in arguments}
-        for one in (one for one in ranges if one.argument in arrays):
-            array = arrays[one.argument]
-            if array.bits[one.entry] is not None:
-                texts += _inside(f"{one.argument}[{one.entry}]", one, array.bits[one.entry], array.turns[one.entry])
+        for span in (span for span in ranges if span.argument in arrays):
+            array = arrays[span.argument]
+            if (bits := array.bits[span.entry]) is not None:
+                texts += inside(f"{span.argument}[{span.entry}]", span, bits, array.turns[span.entry])
         named = " ".join(texts)
         yield from (f"{INDENT}(void){array.name};" for array in arguments if f"{array.name}[" not in named)
         yield f"{INDENT}return {f'{chr(10)}{INDENT * 2}&& '.join(texts) or '1'};"
@@ -313,7 +316,7 @@ class FixedFunction:
 
 
 class _FixedWriter:
-    """Statements, each with its unit behind it."""
+    """Prints statements with their units as comments."""
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
@@ -323,21 +326,22 @@ class _FixedWriter:
         printer = self.writer.printer
         assert isinstance(printer, FixedPrinter)
         lines, section = [], None
-        for one in statements:
-            if one.section != section:
-                section = one.section
+        for s in statements:
+            if s.section != section:
+                section = s.section
                 lines += ["", f"{INDENT}/* {self.writer.heading(section)} */"]
-            right = f"{printer.right_side(one)}; /* 2^{-printer.bits(one.node)} */"
-            lines.append(f"{INDENT}const int32_t {one.name} = {right}")
+            right = f"{printer.right_side(s)}; /* 2^{-printer.bits(s.node)} */"
+            lines.append(f"{INDENT}const int32_t {s.name} = {right}")
         return lines
 
 
-def _inside(entry: str, one: EntryRange, bits: int | None, turns: bool) -> list[str]:
-    """Comparisons of whole numbers; none for an angle that may be any."""
-    unit = 2 * PI / 2**TURN_BITS if turns else Fraction(2) ** -(bits or 0)
-    low, high = math.ceil(Fraction(one.low) / unit), math.floor(Fraction(one.high) / unit)
+def inside(entry: str, span: EntryRange, bits: int, turns: bool) -> list[str]:
+    """Comparisons of integers; none for an angle with any value, and 0 for a range without integers."""
+    first, last = whole_units(span.low, span.high, TURN if turns else Fraction(2) ** -bits)
+    if first > last:
+        return ["0"]
     if not turns:
-        return [f"{entry} >= {low}", f"{entry} <= {high}"]
-    if high - low >= 2**TURN_BITS - 4:
+        return [f"{entry} >= {first}", f"{entry} <= {last}"]
+    if is_any_angle(span.low, span.high):
         return []
-    return [f"(uint32_t){entry} - {low % 2**TURN_BITS}U <= {high - low}U"]
+    return [f"(uint32_t){entry} - {first % 2**TURN_BITS}U <= {last - first}U"]

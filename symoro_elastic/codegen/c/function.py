@@ -1,10 +1,17 @@
-"""One model as C: its arrays, the parts of its work, and the lines of each."""
+"""A model as C: its arrays, the parts of its work, and their lines.
+
+Numbers loaded where they are first needed and stored where they are found.
+
+Vectors of many states fill one register each; processors have 16 or 32. Compilers leave loads and stores where they
+stand: entries that are all loaded first, or stored last, are copied to the stack and back in the meantime.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
 import re
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -12,17 +19,15 @@ from typing import NamedTuple
 from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
 from symoro_elastic.codegen.c.constants import Literals, declaration
 from symoro_elastic.codegen.c.lines import INDENT, statement
-from symoro_elastic.codegen.c.near_use import NOTHING, Around, near_use
 from symoro_elastic.codegen.c.printers import CPrinter, Form, angles_of, printer_of
-from symoro_elastic.codegen.c.results import Stored, copies
-from symoro_elastic.codegen.c.results import lines as result_lines
-from symoro_elastic.codegen.c.rows import repeated_rows
+from symoro_elastic.codegen.c.rows import Stored, copies, repeated_rows
+from symoro_elastic.codegen.c.rows import lines as result_lines
 from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
 from symoro_elastic.codegen.outlining import OPERAND, Block, blocks
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Statement, by_section
 
@@ -30,12 +35,50 @@ SINCOS = ("sine", "cosine")
 PER_JOINT, PER_MOTOR = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor")
 """Arrays with an entry for each joint whose variable is independent, each motor."""
 OUTLINED_FROM = 2000
-"""Statements of a program of one state from which on blocks that repeat become functions."""
+"""Number of statements of a program of a single state above which repeated blocks become functions."""
+
+
+class Around(NamedTuple):
+    """Lines before and after statements, by the names of their variables."""
+
+    before: Mapping[str, Sequence[str]]
+    after: Mapping[str, Sequence[str]]
+
+
+NOTHING = Around({}, {})
+
+
+def near_use(
+    steps: Sequence[Step], loads: Mapping[str, str], stores: Iterable[tuple[str, str]]
+) -> tuple[Around, list[str]]:
+    """Return lines around statements, and lines at the end, for loads and stores near their use.
+
+    `loads` are lines by the name that they define, `stores` pairs of a value and the line that stores it, in which
+    others may be computed.
+    """
+    positions = {step.statement.name: k for k, step in enumerate(steps)}
+    stored: dict[int, list[tuple[str, str]]] = defaultdict(list)
+    for value, line in stores:
+        own = [positions[name] for name in OPERAND.findall(value) if name in positions]
+        stored[max(own, default=len(steps))].append((value, line))
+    remaining = dict(loads)
+
+    def first_used(names: Iterable[str]) -> list[str]:
+        return [remaining.pop(name) for name in sorted(names) if name in remaining]
+
+    def in_order(stores: Iterable[tuple[str, str]]) -> list[str]:
+        return [text for value, line in stores for text in (*first_used(OPERAND.findall(value)), line)]
+
+    before, after = {}, {}
+    for k, step in enumerate(steps):
+        before[step.statement.name] = first_used(step.uses)
+        after[step.statement.name] = in_order(stored[k])
+    return Around(before, after), in_order(stored[len(steps)])
 
 
 @dataclass(frozen=True)
 class Array:
-    """An array of a function: type, name, size as C says it, its entries, whether it is written."""
+    """An array of a function: type, name, size as text, number of entries, whether it is written."""
 
     type: str
     name: str
@@ -44,11 +87,11 @@ class Array:
     is_written: bool = False
 
     def declared(self) -> str:
-        """As a parameter that states the size; C has no arrays of size zero."""
+        """The array as a parameter with its size; C has no arrays of size zero."""
         return f"{self._type} {self.name}[{self.size}]" if self.entries else f"{self._type} *{self.name}"
 
     def pointer(self) -> str:
-        """As a parameter whose size depends on the number of states."""
+        """The array as a pointer, for a size that depends on the number of states."""
         return f"{self._type} *{self.name}"
 
     @property
@@ -70,7 +113,7 @@ class PartText:
 
 
 class _Blocks(NamedTuple):
-    """Statements (name, right side), and ways to take them as blocks."""
+    """Statements (name, right side), and alternative partitions of them into blocks."""
 
     texts: Sequence[tuple[str, str]]
     tried: Sequence[Sequence[Block]]
@@ -80,42 +123,40 @@ class CWriter(Writer):
     """Statements of C; named numbers are declared in the section that first uses them."""
 
     def __init__(self, printer: CPrinter, type_: str, number: str, joints: Sequence[str]) -> None:
-        """`type_` is that of variables, `number` that of named numbers."""
+        """`type_` is the type of variables, `number` that of named numbers."""
         super().__init__(printer, replace(C, declare=f"const {type_} "), joints)
         self.c_printer, self.number = printer, number
 
     def statements(
         self, statements: Sequence[Statement], known: Iterable[str] = (), around: Around = NOTHING
     ) -> list[str]:
-        """Assignments below the headings of their sections; numbers that are `known` are not declared."""
+        """Assignments below the headings of their sections; numbers in `known` are declared already."""
         lines: list[str] = []
         declared = {*known}
         before, after = around
         for section, group in by_section(statements):
             assignments = [
-                line
-                for one in group
-                for line in (*before.get(one.name, ()), self.assignment(one), *after.get(one.name, ()))
+                line for s in group for line in (*before.get(s.name, ()), self.assignment(s), *after.get(s.name, ()))
             ]
-            used = {literal.name: literal for one in group for literal in self.c_printer.named(one)}
+            used = {literal.name: literal for statement in group for literal in self.c_printer.named_numbers(statement)}
             numbers = [declaration(literal, self.number) for name, literal in used.items() if name not in declared]
             declared |= used.keys()
             lines += ["", f"{INDENT}/* {self.heading(section)} */", *itertools.chain(*numbers), *assignments]
         return lines
 
     def assignment(self, statement_: Statement) -> str:
-        """One statement, broken into lines where it is long."""
+        """A statement, broken into lines where it is long."""
         head = f"{INDENT}{self.dialect.declare}{statement_.name} = "
         return statement(head, f"{self.printer.right_side(statement_)};")
 
 
 class CFunction:
-    """The work of one model, on one state or on many side by side as its form says."""
+    """The work of a model, on one state or on many in parallel according to its form."""
 
     def __init__(
         self, package: Package, function: Function, precision: Precision, form: Form, twin: CFunction | None = None
     ) -> None:
-        """`twin` is the same model in another form: statements that both write alike are printed and outlined once."""
+        """`twin` is the model in another form: statements with equal text are printed and outlined once."""
         self.package, self.function, self.precision, self.form = package, function, precision, form
         self.name = precision.function(package.name, function.name)
         self.macro = (package.name + precision.suffix).upper()
@@ -148,7 +189,7 @@ class CFunction:
 
     def _partition(self) -> None:
         program = self.function.program
-        self.stored, at_end = self._stored()
+        self.stored, at_end = self._stores()
         self.steps = _of_use(self._steps(program.statements), at_end)
         self.used = at_end.union(*(step.uses for step in self.steps))
         self.constants = [s.name for s in program.once if s.name in self.used]
@@ -166,52 +207,52 @@ class CFunction:
         if not self.form.outlined or len(self.steps) < self.form.outlined * OUTLINED_FROM:
             return None
         texts = [(step.statement.name, self.printer.text_of(step.statement).text) for step in self.steps]
-        named = [literal for step in self.steps for literal in self.printer.named(step.statement)]
+        named = [literal for step in self.steps for literal in self.printer.named_numbers(step.statement)]
         self.literals = {literal.name: literal for literal in named}
         places = self._places()
         self.operands = frozenset({*places, *self.literals, *(name for name, _ in texts)})
         sections = [step.statement.section for step in self.steps]
         if self._found is None or self._found.texts != texts:
             self._found = _Blocks(texts, blocks(texts, sections, self.operands))
-        tried = [outline(self.steps, one, places, self.literals, at_end) for one in self._found.tried]
-        found = min(tried, key=lambda one: one.length)
-        return found if found.functions else None
+        outlines = [outline(self.steps, cut, places, self.literals, at_end) for cut in self._found.tried]
+        shortest = min(outlines, key=lambda outline: outline.length)
+        return shortest if shortest.functions else None
 
     def _shares(self, twin: CFunction) -> bool:
-        """Take over what a twin has printed; False where it writes numbers in another way."""
-        alike = self.function.program is twin.function.program and self.precision is twin.precision
-        alike = alike and self.form.narrow == twin.form.narrow and not self.precision.is_pair
-        if alike:
+        """Reuse the text of a twin; False where it prints numbers in another way."""
+        is_same = self.function.program is twin.function.program and self.precision is twin.precision
+        is_same = is_same and self.form.narrow == twin.form.narrow and not self.precision.is_pair
+        if is_same:
             self.printer.share(twin.printer)
-        return alike
+        return is_same
 
     def _places(self) -> dict[str, Place]:
-        """Where what statements read of arguments, constants, sines and cosines stands."""
+        """Places of the arguments, constants, sines and cosines that statements read."""
         arrays: dict[str, Iterable[str]] = {**self.entries, "p": self.indices, "c": self.constants}
         arrays |= {array: [f"{array}[{k}]" for k in range(len(self.angles))] for array in SINCOS}
         return {name: Place(array, k) for array, names in arrays.items() for k, name in enumerate(names)}
 
     def _name_numbers(self) -> None:
         program, package = self.function.program, self.package
-        taken = {s.name for s in (*program.once, *program.statements)} | program.used
-        taken |= {x for a in program.inputs for x in (a.name, *a.symbols)} | {a.name for a in self.signature}
-        taken |= {p.symbol for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
+        used = {s.name for s in (*program.once, *program.statements)} | program.used
+        used |= {x for a in program.inputs for x in (a.name, *a.symbols)} | {a.name for a in self.signature}
+        used |= {p.symbol for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
         written, constants = self.printer.written, self.function.constants
-        self.printer.literals = Literals(constants, written, taken, package.joint_names, package.antecedents)
+        self.printer.literals = Literals(constants, written, used, package.joint_names, package.antecedents)
 
     def type_of(self, array: str) -> str:
-        """The type of the entries of an array that functions for blocks that repeat are given."""
-        types = {one.name: one.type for one in self.read} | {SPILL: self.form.number}
+        """The type of the entries of an array that is passed to functions of repeated blocks."""
+        types = {array.name: array.type for array in self.read} | {SPILL: self.form.number}
         return types.get(array, self.form.real)
 
     @property
     def c_written(self) -> list[Array]:
-        """The array of what depends on parameters only, as a result."""
+        """The array of parameter-only values, as a result."""
         return [replace(array, is_written=True) for array in self.c]
 
     @property
     def arrays(self) -> list[Array]:
-        """The arrays of the function that is given what depends on parameters only."""
+        """The arrays of the function whose parameter-only values are arguments."""
         return [*self.inputs, self.p, *self.c, *self.results]
 
     @property
@@ -226,7 +267,7 @@ class CFunction:
         return [*self.inputs, self.p, *self.c, *sincos]
 
     def part_texts(self) -> list[PartText]:
-        """The parts of a call, those after the angles."""
+        """The parts of a call after the angles."""
         spill = Array(self.form.number, SPILL, str(self.slots), 1, True)
         arrays = [*self.read, spill, *self.results]
         last = self.parts[-1]
@@ -238,7 +279,7 @@ class CFunction:
         return [self._once_part(part, self.constants if part is last else []) for part in self.once_parts]
 
     def angle_texts(self) -> list[str]:
-        """The angles whose sines and cosines are found first."""
+        """The angles whose sines and cosines are computed first."""
         program, entries = self.function.program, self.entries
         read = {
             symbol: self.form.load_angle.format(array=array, k=k)
@@ -250,11 +291,11 @@ class CFunction:
         printer.variables.clear()
         texts = [printer.text(angle).signed() for angle in self.angles]
         self.printer.called |= printer.called
-        return [_replaced(text, read) for text in texts]
+        return [re.sub(r"\b[A-Za-z_]\w*\b", lambda match: read.get(match[0], match[0]), text) for text in texts]
 
-    def unused(self) -> Iterator[str]:
+    def unused_arrays(self) -> Iterator[str]:
         """Arguments that no statement reads, and results without entries."""
-        symbols = {symbol for angle in self.angles for symbol in _symbols(angle)} | self.used
+        symbols = {node.operands[0] for node in reachable(self.angles) if node.operation == SYMBOL} | self.used
         groups: dict[str, Indices] = {**self.entries, "p": self.indices}
         yield from (a.name for a in (*self.inputs, self.p) if not symbols & groups[a.name].keys())
         in_rows = {rows.result: len(rows.entries) for rows in self.rows}
@@ -266,9 +307,9 @@ class CFunction:
         return self.slots * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.angle]
 
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:
-        return [Step(one, self.printer.text_of(one).names) for one in statements]
+        return [Step(statement, self.printer.text_of(statement).names) for statement in statements]
 
-    def _stored(self) -> tuple[list[Stored], frozenset[str]]:
+    def _stores(self) -> tuple[list[Stored], frozenset[str]]:
         """The entries of results that are stored, and the names of the variables that these are."""
         outputs, value = self.function.program.outputs, self.printer.value
         self.rows = repeated_rows(outputs, value) if self.form.leaves_rows else []
@@ -290,10 +331,10 @@ class CFunction:
         groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": c}
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
         used |= {SPILL} if part.spills or copied else set()
-        used |= {r.name for r in self.results} - set(self.unused()) if stored else set()
-        loads = self.writer.unpacked(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load))
+        used |= {r.name for r in self.results} - set(self.unused_arrays()) if stored else set()
+        loads = self.writer.unpack_lines(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load))
         loads |= self._of_parameters({"p": self.indices, "c": c}, part.uses)
-        values = [one.value for one in stored]
+        values = [entry.value for entry in stored]
         if self.form.near_use and not copied:
             lines, results = self._near_use(part, loads, zip(values, results, strict=True))
         else:
@@ -310,7 +351,7 @@ class CFunction:
         return self.writer.statements([step.statement for step in part.steps], around=around), at_end
 
     def _without_copied(self, part: Part, results: Sequence[str]) -> Part:
-        """A part that reads from the spill array only what its statements and the lines of its results name."""
+        """A part that reads from the spill array only what its statements and result lines use."""
         named = frozenset().union(*(step.uses for step in part.steps))
         named |= {word for line in results for word in OPERAND.findall(line)}
         return replace(part, live_in={name: slot for name, slot in part.live_in.items() if name in named})
@@ -333,11 +374,11 @@ class CFunction:
 
     def _from_spill(self, part: Part, writer: CWriter) -> dict[str, str]:
         """Variables of other parts."""
-        return writer.unpacked({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
+        return writer.unpack_lines({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> dict[str, str]:
-        """Parameters and what depends on them only, by name."""
-        return self.once_writer.unpacked(groups, used, {"p": self.form.load_parameter})
+        """Lines of parameters and of parameter-only values, by name."""
+        return self.once_writer.unpack_lines(groups, used, {"p": self.form.load_parameter})
 
 
 def _to_spill(part: Part) -> list[tuple[str, str]]:
@@ -350,17 +391,8 @@ def _size(shape: Sequence[int], names: Mapping[int, str]) -> str:
     return "*".join(names.get(n, str(n)) if len(shape) == 1 else str(n) for n in shape) or "1"
 
 
-def _replaced(text: str, names: Mapping[str, str]) -> str:
-    """An expression with other texts for its variables."""
-    return re.sub(r"\b[A-Za-z_]\w*\b", lambda found: names.get(found[0], found[0]), text)
-
-
-def _symbols(angle: Expression) -> list[str]:
-    return [node.operands[0] for node in reachable([angle]) if node.operation == SYMBOL]
-
-
 def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
-    """Steps that others or the results need: no sums whose sines and cosines are all that is asked of them."""
+    """Steps that other steps or results need; angles used by sines and cosines only are not among them."""
     needed, kept = set(needed_at_end), []
     for step in reversed(steps):
         if step.statement.name in needed:

@@ -8,15 +8,15 @@ from collections.abc import Iterator, Sequence
 WIDTH = 120
 INDENT = "    "
 LAST_RESORT = 50
-"""Added to the depth of a break inside a product or before an argument: only where there is no other."""
+"""Cost of a break inside a product or before an argument, added to its depth: such breaks are a last resort."""
 
 
 def wrap_lines(text: str) -> str:
-    """Return C whose lines are at most `WIDTH` characters long, as far as names allow; directives stay as they are."""
-    return "\n".join(line if len(line) <= WIDTH else _fitted(line) for line in text.split("\n"))
+    """Return C with lines of at most `WIDTH` characters, as far as names allow; directives are unchanged."""
+    return "\n".join(line if len(line) <= WIDTH else _fit(line) for line in text.split("\n"))
 
 
-def _fitted(line: str) -> str:
+def _fit(line: str) -> str:
     indent = line[: len(line) - len(line.lstrip())]
     code, opening, remark = line.partition("/* ")
     if line.lstrip().startswith("#"):
@@ -28,7 +28,7 @@ def _fitted(line: str) -> str:
         return "\n".join(textwrap.wrap(line, WIDTH, subsequent_indent=f"{first}  ", break_long_words=False))
     if opening and remark.endswith(" */"):
         above = comment(remark.removesuffix(" */"), indent)
-        return f"{above}\n{_fitted(code.rstrip())}" if code.strip() else above
+        return f"{above}\n{_fit(code.rstrip())}" if code.strip() else above
     return statement(indent, line.lstrip()) if len(line) > WIDTH else line
 
 
@@ -37,10 +37,10 @@ def statement(head: str, right: str) -> str:
     if len(head) + len(right) <= WIDTH:
         return head + right
     indent = head[: len(head) - len(head.lstrip())] + INDENT
-    return f"\n{indent}".join(_filled(head, right, indent))
+    return f"\n{indent}".join(_fill(head, right, indent))
 
 
-def _filled(head: str, text: str, indent: str) -> Iterator[str]:
+def _fill(head: str, text: str, indent: str) -> Iterator[str]:
     breaks, start, room = _breaks(text), 0, WIDTH - len(head)
     while len(text) - start > room:
         fitting = [(k, cost) for k, cost in breaks if start < k and len(text[start:k].rstrip()) <= room]
@@ -58,25 +58,25 @@ def _filled(head: str, text: str, indent: str) -> Iterator[str]:
 
 
 def _best(fitting: Sequence[tuple[int, int]], enough: int) -> int:
-    """The last of the cheapest breaks among those that fill half a line, else among all."""
+    """The last of the cheapest breaks among those that fill half a line, or among all."""
     far = [(cost, -k) for k, cost in fitting if k >= enough] or [(cost, -k) for k, cost in fitting]
     return -min(far)[1]
 
 
 def _breaks(text: str) -> list[tuple[int, int]]:
-    """Return (position, cost) of each place where a new line may start."""
-    found, depth = [], 0
+    """Return the possible line breaks as (position, cost)."""
+    breaks, depth = [], 0
     for k, character in enumerate(text):
         depth += (character == "(") - (character == ")")
         if text[k - 1 : k + 2] in (" + ", " - ") or text[k - 2 : k] == ", ":
-            found.append((k, depth))
+            breaks.append((k, depth))
         elif text[k - 1 : k] in ("*", "/", "(", "[") and k:
-            found.append((k, LAST_RESORT + depth))
-    return found
+            breaks.append((k, LAST_RESORT + depth))
+    return breaks
 
 
 def with_arguments(head: str, arguments: Sequence[str], end: str = ")") -> str:
-    """Return `head(arguments)` on one line, or the arguments filled into lines of their own."""
+    """Return `head(arguments)` on one line, or with arguments filled into lines of their own."""
     line = f"{head}({', '.join(arguments)}{end}"
     if len(line) <= WIDTH:
         return line
@@ -99,6 +99,6 @@ def comment(text: str, indent: str = "", first: str = "/* ") -> str:
 
 
 def in_comment(text: str) -> str:
-    """A user's text as it may stand in a comment: one line that does not end the comment."""
+    """A user's text made safe for a comment: a single line that does not end the comment."""
     line = "".join(character if character.isprintable() else " " for character in text)
     return line.replace("*/", "* /").replace("/*", "/ *")

@@ -11,47 +11,33 @@ from symoro_elastic.codegen.c.constants import Literal, Literals
 from symoro_elastic.codegen.partition import LONGEST_PART
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Printer, Text
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-)
 from symoro_elastic.symbolic.program import Program, Statement
 
-OWN_FUNCTIONS = (SIGN, MINIMUM, MAXIMUM)
+OWN_FUNCTIONS = (op.SIGN, op.MINIMUM, op.MAXIMUM)
 """Functions that C has not, or whose NaN is another."""
-FUNCTIONS = dict.fromkeys((SIN, COS, SQRT, ATAN2, *OWN_FUNCTIONS))
+FUNCTIONS = dict.fromkeys((op.SIN, op.COS, op.SQRT, op.ATAN2, *OWN_FUNCTIONS))
 OF_PAIRS = {
-    ADD: "sum",
-    SUBTRACT: "difference",
-    MULTIPLY: "product",
-    DIVIDE: "quotient",
-    NEGATE: "negative",
-    SIN: "sin",
-    COS: "cos",
-    SQRT: "sqrt",
-    SIGN: "sign",
-    ATAN2: "atan2",
-    MINIMUM: "minimum",
-    MAXIMUM: "maximum",
+    op.ADD: "sum",
+    op.SUBTRACT: "difference",
+    op.MULTIPLY: "product",
+    op.DIVIDE: "quotient",
+    op.NEGATE: "negative",
+    op.SIN: "sin",
+    op.COS: "cos",
+    op.SQRT: "sqrt",
+    op.SIGN: "sign",
+    op.ATAN2: "atan2",
+    op.MINIMUM: "minimum",
+    op.MAXIMUM: "maximum",
 }
 
 
 @dataclass(frozen=True)
 class Form:
-    """How C writes the numbers of a call: their types, entries of arrays read and written, names of functions.
+    """Form of the numbers of a call in C: types, reading and writing of array entries, names of functions.
 
     `real` is the type of what depends on parameters only; `sincos` gives the lines that find those of angles
     before so many statements; `pair` begins the names of functions on sums of two doubles. Functions on many `states`
@@ -83,13 +69,13 @@ class Form:
 
 
 def angles_of(program: Program) -> list[Expression]:
-    """Angles whose sines and cosines are found before all else: joint variables, their multiples and sums."""
+    """Angles whose sines and cosines are computed first: joint variables, their multiples and sums."""
     roots: list[Operand] = [s.node for s in program.statements] + [x for o in program.outputs for x in o.entries]
-    found: dict[int, Expression] = {}
+    angles: dict[int, Expression] = {}
     for node in reachable(roots):
-        if node.operation in (SIN, COS) and node.level == Level.STATE and is_given(node.operands[0]):
-            found.setdefault(node.operands[0].id, node.operands[0])
-    return list(found.values())
+        if node.operation in (op.SIN, op.COS) and node.level == Level.STATE and is_given(node.operands[0]):
+            angles.setdefault(node.operands[0].id, node.operands[0])
+    return list(angles.values())
 
 
 def is_given(angle: Expression) -> bool:
@@ -98,8 +84,8 @@ def is_given(angle: Expression) -> bool:
 
 
 def _is_linear(node: Expression) -> bool:
-    multiple = node.operation == MULTIPLY and not isinstance(node.operands[1], Expression)
-    return multiple or node.operation in (SYMBOL, ADD, SUBTRACT)
+    multiple = node.operation == op.MULTIPLY and not isinstance(node.operands[1], Expression)
+    return multiple or node.operation in (op.SYMBOL, op.ADD, op.SUBTRACT)
 
 
 class CPrinter(Printer):
@@ -121,16 +107,16 @@ class CPrinter(Printer):
     def text_of(self, statement: Statement) -> Printed:
         """The expression that a statement assigns, and the names in it; printed once."""
         self._statement = statement
-        found = super().text_of(statement)
+        text = super().text_of(statement)
         self._statement = None
-        return found
+        return text
 
-    def named(self, statement: Statement) -> Iterable[Literal]:
+    def named_numbers(self, statement: Statement) -> Iterable[Literal]:
         """The named numbers in a statement."""
         return self._named.get(statement.node.id, {}).values()
 
     def share(self, other: CPrinter) -> None:
-        """Take over what a printer of the same program and numbers has printed: statements that call no function."""
+        """Reuse the text of a printer of the same program and numbers, for statements without function calls."""
         self._printed = {number: text for number, text in other._printed.items() if number not in other._calling}
         self._named = {number: found for number, found in other._named.items() if number not in other._calling}
 
@@ -142,11 +128,11 @@ class CPrinter(Printer):
         """A number by its name; itself where it has none."""
         if self.literals is None or self._statement is None:
             return number
-        found = self.literals.find(self._statement.section.joint, number.text)
-        if found is None:
+        literal = self.literals.find(self._statement.section.joint, number.text)
+        if literal is None:
             return number
-        self._named.setdefault(self._statement.node.id, {}).setdefault(found.name, found)
-        return Text(number.negative, found.name, ATOM)
+        self._named.setdefault(self._statement.node.id, {}).setdefault(literal.name, literal)
+        return Text(number.negative, literal.name, ATOM)
 
     def written(self, x: Operand) -> Text | None:
         """A constant as a number; None for one that the program does not hold."""
@@ -160,12 +146,12 @@ class CPrinter(Printer):
         return number._replace(text=self.precision.number(number.text))
 
     def other_operation(self, node: Expression, flipped: bool) -> Text:
-        """A symbol, a function, an operator on one expression; the sine of a given angle is an entry of an array."""
+        """A symbol, a function, an operator on an expression; the sine of a given angle is an entry of an array."""
         if node.operation in FUNCTIONS:
-            if node.operation in (SIN, COS) and node.operands[0].id in self.angles:
+            if node.operation in (op.SIN, op.COS) and node.operands[0].id in self.angles:
                 return Text(flipped, self.entry(node), ATOM)
             self.called.setdefault(node.operation)
-        elif node.operation == MULTIPLY and len(node.needs) == 1:
+        elif node.operation == op.MULTIPLY and len(node.needs) == 1:
             return self.multiple(self.text(node.operands[0]), self.text(node.operands[1]), flipped)
         return super().other_operation(node, flipped)
 
@@ -188,7 +174,7 @@ class CPrinter(Printer):
 
     def entry(self, node: Expression) -> str:
         """`sine[2]`, and the array counts as used."""
-        array = "sine" if node.operation == SIN else "cosine"
+        array = "sine" if node.operation == op.SIN else "cosine"
         self.referenced.add(array)
         return self.form.narrow.format(f"{array}[{self.angles[node.operands[0].id]}]")
 
@@ -199,14 +185,14 @@ class PairPrinter(CPrinter):
     def text(self, x: Operand) -> Text:
         """An expression, by name where it has one; constants with twice the digits of a double."""
         if not isinstance(x, Expression) or x.level == Level.CONSTANT:
-            named = self.by_name(self.written(x))
-            if named.text == self.written(x).text:
-                return Text(False, self.made(*_two_doubles(x)), ATOM)
-            return self.negation(named.text) if named.negative else named
-        found = super().text(x)
-        return self.negation(found.text) if found.negative else found
+            named_numbers = self.by_name(self.written(x))
+            if named_numbers.text == self.written(x).text:
+                return Text(False, self.pair_of(*_two_doubles(x)), ATOM)
+            return self.negation(named_numbers.text) if named_numbers.negative else named_numbers
+        text = super().text(x)
+        return self.negation(text.text) if text.negative else text
 
-    def made(self, high: float, low: float) -> str:
+    def pair_of(self, high: float, low: float) -> str:
         """A pair of two numbers."""
         self.called.setdefault("make")
         return f"{self.form.pair}make({high!r}, {low!r})"
@@ -215,20 +201,20 @@ class PairPrinter(CPrinter):
         """A constant as a pair, its sign apart."""
         high, low = _two_doubles(x)
         negative = high < 0
-        return Text(negative, self.made(abs(high), -low if negative else low), ATOM)
+        return Text(negative, self.pair_of(abs(high), -low if negative else low), ATOM)
 
     def negation(self, text: str) -> Text:
         """A pair with its sign reversed."""
-        self.called.setdefault(OF_PAIRS[NEGATE])
+        self.called.setdefault(OF_PAIRS[op.NEGATE])
         return Text(False, f"{self.form.pair}negative({text})", ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node as a call."""
-        if node.operation == SYMBOL:
+        if node.operation == op.SYMBOL:
             plain = Printer.operation(self, node)
-        elif node.operation == NEGATE:
+        elif node.operation == op.NEGATE:
             plain = self.negation(self.text(node.operands[0]).text)
-        elif node.operation in (SIN, COS) and node.operands[0].id in self.angles:
+        elif node.operation in (op.SIN, op.COS) and node.operands[0].id in self.angles:
             plain = Text(False, self.entry(node), ATOM)
         else:
             inside = ", ".join(self.text(x).text for x in node.operands)

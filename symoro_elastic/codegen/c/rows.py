@@ -1,25 +1,28 @@
-"""Entries of results that hold a number, or what another entry holds: batches write them in rows of many states.
+"""Entries of results that are constants or equal to other entries: batches write them in rows of many states.
 
-Matrices that are symmetric or sparse have more of them than of others. A vector of states that is stored to every entry
+Symmetric or sparse matrices have many of them. A vector of states that is stored to every entry
 touches as many cache lines as there are entries; a row is written in one go.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from symoro_elastic.codegen.c.lines import INDENT, statement, with_arguments
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.program import Output
 
 FEWEST, FEWEST_OF_ALL = 64, 16
-"""Entries from which on rows are faster: fewer stay in the first cache; those that are all of a result."""
+"""Numbers of entries above which rows are faster: of a result, and of a result that consists of them."""
+FEWEST_RESULTS = 500
+"""Entries of a result from which on a table is faster: fewer are faster in lines (29 joints, a tree: 1 to 4 %)."""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Entries of one result: those that are `equal` to one before them, and the values of those that are `numbers`."""
+    """Entries of a result that are `equal` to earlier entries, and the values of entries that are `numbers`."""
 
     result: str
     equal: tuple[tuple[int, int], ...]
@@ -27,7 +30,7 @@ class Rows:
 
     @property
     def entries(self) -> frozenset[int]:
-        """All of them."""
+        """All entries in rows."""
         return frozenset(k for k, _ in (*self.equal, *self.numbers))
 
     def lines(self, type_: str) -> list[str]:
@@ -58,7 +61,7 @@ class Rows:
 
 
 def repeated_rows(outputs: Sequence[Output], text: Callable[[Operand], str]) -> list[Rows]:
-    """Return the rows of those results that have enough such entries; `text` prints an entry."""
+    """Return the rows of the results with enough repeated entries; `text` prints an entry."""
     rows = [_of(output, text) for output in outputs]
     return [one for one, output in zip(rows, outputs, strict=True) if _is_worth_it(one, len(output.entries))]
 
@@ -78,3 +81,43 @@ def _of(output: Output, text: Callable[[Operand], str]) -> Rows:
         elif first.setdefault(value, k) != k:
             equal.append((k, first[value]))
     return Rows(output.name, tuple(equal), tuple(numbers))
+
+
+class Stored(NamedTuple):
+    """An entry of a result, and the value that it has."""
+
+    result: str
+    k: int
+    value: str
+
+
+Copies = Mapping[str, Sequence[tuple[int, int]]]
+"""Entries that are variables of the spill array with their slots, by result."""
+
+
+def copies(stored: Sequence[Stored], slots: Mapping[str, int]) -> Copies:
+    """Return the entries that a table can copy, by result with enough of them."""
+    slots_of: dict[str, list[tuple[int, int]]] = {}
+    for result, k, value in stored:
+        if value in slots:
+            slots_of.setdefault(result, []).append((k, slots[value]))
+    return {result: places for result, places in slots_of.items() if len(places) >= FEWEST_RESULTS}
+
+
+def lines(stored: Sequence[Stored], copied: Copies, store: str, spill: str) -> list[str]:
+    """C that stores the other entries, then copies; `store` is the text that writes an entry."""
+    done = {(result, k) for result, places in copied.items() for k, _ in places}
+    single = [entry for entry in stored if (entry.result, entry.k) not in done]
+    code = [INDENT + store.format(array=entry.result, k=entry.k, value=entry.value) for entry in single]
+    for result, places in copied.items():
+        table = ", ".join(f"{{{k},{slot}}}" for k, slot in places)
+        of_entry = store.format(array=result, k="place[k][0]", value=f"{spill}[place[k][1]]")
+        code += [
+            f"{INDENT}{{",
+            statement(f"{INDENT * 2}static const unsigned place[{len(places)}][2] = ", f"{{{table}}};"),
+            f"{INDENT * 2}for (size_t k = 0U; k < {len(places)}U; k++) {{",
+            f"{INDENT * 3}{of_entry}",
+            f"{INDENT * 2}}}",
+            f"{INDENT}}}",
+        ]
+    return code

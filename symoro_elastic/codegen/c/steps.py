@@ -1,4 +1,4 @@
-"""Time steps in C: what the templates of a header and a source are given."""
+"""Time steps in C: data of the templates of a header and a source."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from symoro_elastic.codegen.c.function import Array, CFunction
 from symoro_elastic.codegen.c.lines import INDENT, with_arguments, wrap_lines
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
@@ -39,14 +39,14 @@ from symoro_elastic.codegen.time_steps import (
 )
 
 LENGTHS = {"n": "JOINTS", "m": "MOTORS", "d": "DEPENDENT"}
-"""Macros of the lengths of blocks, by what their entries follow."""
+"""Macros of the lengths of blocks, by the axis that their entries follow."""
 LANES = 16
-"""States of a batch that take a step side by side."""
+"""States of a batch that are stepped together."""
 
 
 @dataclass(frozen=True)
 class Qualifiers:
-    """What definitions begin with: functions that users call, those of the file, accelerations, data."""
+    """Prefixes of definitions: public functions, functions of the file, accelerations, data."""
 
     public: str = ""
     static: str = "static "
@@ -92,12 +92,12 @@ class CSteps:
     ) -> None:
         self.package, self.precision, self.many, self.qualifiers = package, precision, many, qualifiers
         self.by_name = {function.function.name: function for function in functions}
-        made = [method_text(METHODS[name], package, precision) for name in package.steps]
-        self.methods = [method for method in made if not (many and method.kind == "rosenbrock")]
+        methods = [method_text(METHODS[name], package, precision) for name in package.steps]
+        self.methods = [method for method in methods if not (many and method.kind == "rosenbrock")]
         self.prefix = package.name + precision.suffix
         self.macro = self.prefix.upper()
         self.call = StepCalls(package, self.prefix, self.by_name, self.methods, many)
-        self.steps = list(self._steps())
+        self.steps = [self._step(method, *step) for method in self.methods for step in method.steps]
 
     def source(self) -> str:
         """Return the definitions; empty without steps."""
@@ -105,29 +105,23 @@ class CSteps:
 
     @property
     def constants(self) -> int:
-        """How many numbers depend on parameters only."""
+        """Number of parameter-only values."""
         return self.call.constants
 
     @property
     def nodes(self) -> dict[str, int]:
-        """How many rows of torques a step takes, by method."""
+        """Number of rows of torques of a step, by method."""
         return {method.name: len(method.nodes) for method in self.methods}
-
-    def _steps(self) -> Iterator[StepText]:
-        for method in self.methods:
-            for variant in method.variants:
-                for with_error in (False, True) if method.error else (False,):
-                    yield self._step(method, variant, with_error)
 
     def _step(self, method: MethodText, variant: Variant, with_error: bool) -> StepText:
         name = f"{self.prefix}_step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
         read, written = tuple(self._read(method, variant)), tuple(self._written(variant, with_error))
         c = [self._constants] if self.constants else []
-        one, prepared = self._declared(read, [self.p], written), self._declared(read, [self.p, *c], written)
+        plain, prepared = self._parameters(read, [self.p], written), self._parameters(read, [self.p, *c], written)
         many = ["size_t count", *self._pointers(read, written)]
         arguments = [*(a.name for a in read), "h", "p", *(a.name for a in (*c, *written))]
         heads = [
-            with_arguments(f"void {name}", one),
+            with_arguments(f"void {name}", plain),
             *([with_arguments(f"void {name}_prepared", prepared)] if c else []),
         ]
         batch = with_arguments(f"void {name}_batch", ["size_t states", *self._pointers(read, written)])
@@ -148,7 +142,7 @@ class CSteps:
             states=states_carried(variant, self.package),
         )
 
-    def _declared(self, read: Sequence[Array], constant: Sequence[Array], written: Sequence[Array]) -> list[str]:
+    def _parameters(self, read: Sequence[Array], constant: Sequence[Array], written: Sequence[Array]) -> list[str]:
         arrays = [*constant, *written]
         return [*(a.declared() for a in read), f"{self.precision.state} h", *(a.declared() for a in arrays)]
 
@@ -178,8 +172,8 @@ class CSteps:
         if with_error:
             states = states_carried(variant, self.package)
             size = 2 * entries_of_state(self.package) + states
-            known = f"2*{self.macro}_JOINTS" + (f" + {states}" if states else "")
-            yield Array(state, "error", str(size) if self.package.base else known, size, True)
+            size_name = f"2*{self.macro}_JOINTS" + (f" + {states}" if states else "")
+            yield Array(state, "error", str(size) if self.package.base else size_name, size, True)
 
     @property
     def p(self) -> Array:
@@ -231,7 +225,7 @@ class CSteps:
         }
 
     def _motors_in_q(self) -> list[int]:
-        """The entries of the motors in the state; empty where some own none."""
+        """The entries of the motors in the state; empty where some motors are dependent."""
         first = entries_of_state(self.package) - len(self.package.axes)
         return [first + k for k in self.package.motors] if self.package.has_motors_in_q else []
 
@@ -240,12 +234,12 @@ class CSteps:
         state = self.precision.state
         driven = variant.right_side == "inverse_dynamics"
         moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
-        given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
+        inputs = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
         written = (*self.call.stage, LOAD)
-        held = [Array(state, name, "", 0, name in written) for name in self.call.held]
+        fixed = [Array(state, name, "", 0, name in written) for name in self.call.held]
         has_states = bool(states_carried(variant, self.package))
         z, zd = ([Array(state, name, "", 0, name == "zd")] if has_states else [] for name in ("z", "zd"))
-        arrays = [*moved, *z, *given, *held, self.p]
+        arrays = [*moved, *z, *inputs, *fixed, self.p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True), *zd]
         count = ["size_t count"] if self.many else []
         name = f"{self.qualifiers.rate}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
@@ -300,7 +294,7 @@ class StepCalls:
         self.stage = ["stage_dep" for _ in package.assembled]
         self.held = [*self.position[1:], *self.stage, *(block.name for block in package.base[:1])]
         self.held += [LOAD] if loads_of(package) else []
-        """Arrays that tell where a stage is, beside its own state, and the loads that it finds."""
+        """Arrays that a stage needs in addition to its own state, and the loads that it computes."""
         self.offsets: dict[str, int] = {}
         self.constants = 0
         for name in functions_of(methods, package):
@@ -310,32 +304,32 @@ class StepCalls:
                 self.constants += size
 
     def preparing(self) -> list[str]:
-        """Return the calls that compute what depends on parameters only."""
+        """Return the calls that compute parameter-only values."""
         return [f"{INDENT}{self.functions[f].name}_prepare(p, {self._place(f)});" for f in self.offsets]
 
     def accelerations(self, variant: Variant, depth: int = 1) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        known = ["ydd"] if variant.is_driven else ["torque"] if variant.of_step else ["tau"]
-        known = list(DRIVES.of_nodes) if variant.right_side == CLOSED else known
+        inputs = ["ydd"] if variant.is_driven else ["torque"] if variant.of_step else ["tau"]
+        inputs = list(DRIVES.of_nodes) if variant.right_side == CLOSED else inputs
         z, zd = (["z"], ["zd"]) if states_carried(variant, self.package) else ([], [])
         on_base = ["turned", "qd", WRENCH] if self.package.base else []
-        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *zd]
-        found += ["tau_m"] if variant.right_side == CLOSED else []
-        found += ["V0d"] if self.package.base else []
-        return self._under_forces(variant.right_side, [self._joints("qd"), *z, *known, *on_base], found, depth)
+        results = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *zd]
+        results += ["tau_m"] if variant.right_side == CLOSED else []
+        results += ["V0d"] if self.package.base else []
+        return self._under_forces(variant.right_side, [self._joints("qd"), *z, *inputs, *on_base], results, depth)
 
-    def passed(self, variant: Variant) -> str:
-        """Return the calls by which loads settle, behind that of the right side."""
+    def load_calls(self, variant: Variant) -> str:
+        """Return the calls by which loads converge, after the call of the right side."""
         tau = "tau_m" if variant.right_side == CLOSED else "torque" if variant.of_step else "tau"
-        known = {"q": self._joints("q"), "q_dep": "stage_dep", "qd": self._joints("qd"), "qdd": self._joints("qdd")}
-        known |= {"tau": tau}
-        inputs = [known.get(argument.name, argument.name) for argument in self.functions[PASSED].function.arguments]
+        arrays = {"q": self._joints("q"), "q_dep": "stage_dep", "qd": self._joints("qd"), "qdd": self._joints("qdd")}
+        arrays |= {"tau": tau}
+        inputs = [arrays.get(argument.name, argument.name) for argument in self.functions[PASSED].function.arguments]
         settle = [*(self._count or ["1U"]), "number", "passed", "terms", "before", LOAD, "&changing"]
         settling = with_arguments(f"{INDENT * 2}{self.prefix}_settle", settle, ");")
         return f"{self._model(PASSED, inputs, ['passed', 'terms'], 2)}\n{settling}"
 
     def motors(self) -> str:
-        """Return the call that gives positions and velocities of motors on dependent joints."""
+        """Return the call that computes positions and velocities of motors on dependent joints."""
         return self._model(MOTOR_COORDINATES, [*self._stage_position, "qd"], ["q_motor", "qd_motor"])
 
     @property
@@ -369,8 +363,8 @@ class StepCalls:
         """Return the call that factors the system of an implicit step."""
         name = f"implicit_factors{variant.suffix}"
         z = ["z"] if any(a.name == "z" for a in self.functions[name].function.arguments) else []
-        given = [*given_to_factors(variant, self.package), *self._load(name)]
-        return self._model(name, [*self.position, "qd", *z, "g", *given], ["factors"])
+        inputs = [*given_to_factors(variant, self.package), *self._load(name)]
+        return self._model(name, [*self.position, "qd", *z, "g", *inputs], ["factors"])
 
     def solve(self, variant: Variant, z_q: str, z_v: str, z_z: str = "", depth: int = 1) -> str:
         """Return the call that solves it, for the right side `v_s`, `qdd`, `zd`; results of states are put in `z_z`."""
@@ -382,11 +376,11 @@ class StepCalls:
         self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL, zd: str = "zd"
     ) -> str:
         """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
-        given = rows_of_nodes(variant, self.package)
-        rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in given.items()]
-        others = [*variant.of_step, *self.held, "p", *(["c"] if self.constants else [])]
+        sizes = rows_of_nodes(variant, self.package)
+        rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in sizes.items()]
+        constant = [*variant.of_step, *self.held, "p", *(["c"] if self.constants else [])]
         z, rates = (["z_s"], [zd]) if states_carried(variant, self.package) else ([], [])
-        arrays = ["q_s", "v_s", *z, *rows, *others, qdd, *rates]
+        arrays = ["q_s", "v_s", *z, *rows, *constant, qdd, *rates]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
 
@@ -396,11 +390,11 @@ class StepCalls:
         return self._model(function, [*self._stage_position, *inputs, *forces, *self._load(function)], results, depth)
 
     def _load(self, function: str) -> list[str]:
-        """Return the torques through transmissions where a model takes them."""
+        """Return the torques through transmissions if a model has them as an argument."""
         return [LOAD] if any(a.name == LOAD for a in self.functions[function].function.arguments) else []
 
     def _joints(self, array: str) -> str:
-        """Return the place of the joints in an array of the whole state, after the base."""
+        """Return the part of an array of the full state that follows the base."""
         return self._from(array, entries_of_state(self.package) - len(self.package.axes))
 
     def _from(self, array: str, offset: int) -> str:
@@ -424,14 +418,14 @@ class StepCalls:
 
 def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
     """Return the names of the models that steps call."""
-    found = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
+    names = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
     if any(method.kind == "rosenbrock" for method in methods):
-        found["linearization"] = None
+        names["linearization"] = None
     implicit = [method for method in methods if method.kind in ("w", "midpoint")]
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
-        found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
+        names |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
     of_motors = [] if package.has_motors_in_q else [MOTOR_COORDINATES]
-    return [*found, "assemble", *of_motors, "base_displacement", "base_rates", PASSED]
+    return [*names, "assemble", *of_motors, "base_displacement", "base_rates", PASSED]
 
 
 # Functions of C that carry out many time steps, one after another.
@@ -451,7 +445,7 @@ class Run:
 
 
 def runs(text: CSteps) -> list[Run]:
-    """Return the functions that carry out many steps, for each method and way to give the motors."""
+    """Return the functions that carry out many steps, by method and variant."""
     return [_run(step, bool(text.constants)) for step in text.steps if not step.with_error]
 
 
@@ -460,14 +454,14 @@ def _run(step: StepText, prepared: bool) -> Run:
     constant = [f"const double *{name}" for name in read]
     states = [f"double *{name}" for name in written]
     head = [*("size_t steps", *constant, "double h", "const double *p", *states), "double *record"]
-    kept = step.variant.of_step
-    rows = [name if name in kept else f"{name} + s*{size}U" for name, size in read.items()]
+    constant_rows = step.variant.of_step
+    rows = [name if name in constant_rows else f"{name} + s*{size}U" for name, size in read.items()]
     call = [*rows, "h", "p", *(["c"] if prepared else []), *written]
     name = f"{step.name}_prepared" if prepared else step.name
     return Run(
         name=step.name,
         read=read,
-        kept=kept,
+        kept=constant_rows,
         written=written,
         head=with_arguments(f"void {step.name}_run", head),
         call=with_arguments(f"{INDENT * 2}{name}", call, ");"),
@@ -476,5 +470,5 @@ def _run(step: StepText, prepared: bool) -> Run:
 
 def render_runs(name: str, text: CSteps) -> dict[str, str]:
     """Return the file of the functions that carry out many steps of a package, in double precision."""
-    made = render("c/run.c.j2", name=name, macro=text.macro, constants=text.constants, runs=runs(text))
-    return {f"{name}_run.c": wrap_lines(made)}
+    run_text = render("c/run.c.j2", name=name, macro=text.macro, constants=text.constants, runs=runs(text))
+    return {f"{name}_run.c": wrap_lines(run_text)}

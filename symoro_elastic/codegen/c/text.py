@@ -1,4 +1,4 @@
-"""The functions of a model as C text: heads and bodies, which the templates are given."""
+"""The functions of a model as C text: heads and bodies for the templates."""
 
 from __future__ import annotations
 
@@ -51,14 +51,15 @@ class FunctionText:
 
 def function_text(function: CFunction) -> FunctionText:
     """Return the text of a model for one state."""
-    about = function_context(function.function)
+    about, stack = function_context(function.function), function.stack()
     main = head(function.name, function.signature, function.form.states)
     guaranteed = function.function.guaranteed.get(function.precision.name)
+    working_name = f"{function.name}_prepared" if function.c else function.name
     in_two_steps = (Routine(main, _in_two_steps(function)),) if function.c else ()
     return FunctionText(
         name=function.name,
         title=f"{about['title']} {about['equations']}.",
-        counts=about["counts"] + _stack(function),
+        counts=about["counts"] + (f"; {stack // 1000} kB of stack" if stack > LARGE_STACK else ""),
         documented=(*about["documented"], *(guaranteed.lines if guaranteed else ())),
         prototype=main,
         constants=function.c[0].size if function.c else "",
@@ -66,12 +67,12 @@ def function_text(function: CFunction) -> FunctionText:
         prepare=head(f"{function.name}_prepare", of_preparing(function)),
         prepared=head(f"{function.name}_prepared", function.arrays, function.form.states),
         in_box=in_box(function, guaranteed) if guaranteed else None,
-        routines=(*preparing(function), *working(function, _working_name(function)), *in_two_steps),
+        routines=(*preparing(function), *working(function, working_name), *in_two_steps),
     )
 
 
 def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:
-    """The function that tells whether arguments are in the box."""
+    """The function that tests whether arguments are in the box."""
     arrays = [*function.inputs, function.p]
     unused = [f"{INDENT}(void){array.name};" for array in arrays if array.name not in guaranteed.arguments]
     cast = "" if function.precision.state == "double" else "(double)"
@@ -81,7 +82,7 @@ def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:
 
 
 def head(name: str, arrays: Sequence[Array], states: str = "") -> str:
-    """The head of a function without its last line's end; functions on many states take their number first."""
+    """The head of a function without the end of its last line; functions of many states have their number first."""
     declared = [f"size_t {states}", *(a.pointer() for a in arrays)] if states else [a.declared() for a in arrays]
     return with_arguments(f"void {name}", declared)
 
@@ -89,23 +90,23 @@ def head(name: str, arrays: Sequence[Array], states: str = "") -> str:
 def working(function: CFunction, name: str) -> list[Routine]:
     """The function that does the work of a call, after the parts of it where it is long."""
     parts, states = function.part_texts(), function.form.states
-    unused = [*([states] if states else []), *function.unused()]
+    unused = [*([states] if states else []), *function.unused_arrays()]
     first = [f"{INDENT}(void){name};" for name in unused] + _angles(function)
     if len(parts) == 1:
         return [Routine(head(name, function.arrays, states), "\n".join([*first, parts[0].body]))]
     spill = [_declaration(function.form.number, SPILL, str(function.slots))] if function.slots else []
     routines, calls = _in_parts(name, parts, states)
     if function.outline:
-        routines, calls = _outlined(function, function.outline, routines, calls)
+        routines, calls = _routines(function, function.outline, routines, calls)
     return [*routines, Routine(head(name, function.arrays, states), "\n".join([*first, *spill, *calls]))]
 
 
-def _outlined(
+def _routines(
     function: CFunction, outline: Outline, routines: Sequence[Routine], calls: Sequence[str]
 ) -> tuple[list[Routine], list[str]]:
     """Functions for blocks that repeat and for the parts between, and the calls of both in order."""
     text, of_parts = COutline(function, outline), iter(calls)
-    own = [Routine(one.head, one.body, True) for one in text.texts]
+    own = [Routine(routine.head, routine.body, True) for routine in text.texts]
     in_order = [text.call(piece) if isinstance(piece, Call) else next(of_parts) for piece in outline.pieces]
     return [*own, *routines], [*text.tables(), *in_order]
 
@@ -142,17 +143,13 @@ def call(name: str, arrays: Sequence[Array], states: str = "") -> str:
     return with_arguments(f"{INDENT}{name}", [*([states] if states else []), *(a.name for a in arrays)], ");")
 
 
-def _working_name(function: CFunction) -> str:
-    return f"{function.name}_prepared" if function.c else function.name
-
-
 def of_preparing(function: CFunction) -> list[Array]:
-    """The arrays of the function that computes what depends on parameters only."""
+    """The arrays of the function that computes parameter-only values."""
     return [function.p, *function.c_written]
 
 
 def preparing(function: CFunction) -> list[Routine]:
-    """The function that computes what depends on parameters only, after its parts; none where there is no such work."""
+    """The function that computes parameter-only values, after its parts; empty without such values."""
     if not function.c:
         return []
     name, parts = f"{function.name}_prepare", function.once_texts()
@@ -165,7 +162,7 @@ def preparing(function: CFunction) -> list[Routine]:
 
 
 def _in_two_steps(function: CFunction) -> str:
-    """The body of the function that computes anew what depends on parameters only."""
+    """The body of the function that recomputes parameter-only values."""
     c = function.c[0]
     return "\n".join(
         [
@@ -176,15 +173,10 @@ def _in_two_steps(function: CFunction) -> str:
     )
 
 
-def _stack(function: CFunction) -> str:
-    size = function.stack()
-    return f"; {size // 1000} kB of stack" if size > LARGE_STACK else ""
-
-
 # Repeated blocks of a long model as static functions of C, and the calls of them.
 @dataclass(frozen=True)
 class OutlinedText:
-    """A static function: its name, head, body, the names of its arguments, whether it is given the number of states."""
+    """A static function: its name, head, body, names of its arguments, and whether it has the number of states."""
 
     name: str
     head: str
@@ -201,7 +193,7 @@ class COutline:
         self.texts = [self._text(k, one) for k, one in enumerate(outline.functions)]
 
     def call(self, call: Call) -> str:
-        """A call, below a comment that says whose work it is."""
+        """A call, below a comment that names its section."""
         text, block = self.texts[call.function], self.outline.functions[call.function].blocks[call.number]
         work = comment(f"{self._work(self._sections(block.first, block.size))}.", INDENT)
         arguments = [self._place(text, pointer, call.number) for pointer in text.pointers.values()]
@@ -236,7 +228,7 @@ class COutline:
         first, function = outlined.blocks[0], self.function
         sections = self._sections(first.first, first.size)
         name = f"{function.name}_{_short(sections[0].title)}_{position + 1}"
-        pointers = self._named((*outlined.read, outlined.written))
+        pointers = self._by_name((*outlined.read, outlined.written))
         declared = [f"const {function.type_of(p.array)} *{n}" for n, p in pointers.items()]
         declared[-1] = declared[-1].removeprefix("const ")
         has_states = any(map(self._is_of_states, pointers.values()))
@@ -246,8 +238,8 @@ class COutline:
         lines = [comment(about, INDENT), *self._lines(outlined, pointers)]
         return OutlinedText(name, with_arguments(f"void {name}", declared), "\n".join(lines), pointers, has_states)
 
-    def _named(self, pointers: Sequence[Pointer]) -> dict[str, Pointer]:
-        """Pointers by names of their own: that of the array, or of the first variable among those handed on."""
+    def _by_name(self, pointers: Sequence[Pointer]) -> dict[str, Pointer]:
+        """Pointers by unique names: of the array, or of the first passed variable."""
         arrays = {array.name for array in self.function.read}
         times = Counter(pointer.array for pointer in pointers)
         named: dict[str, Pointer] = {}

@@ -1,1 +1,1 @@
-"""What compiled C costs a processor: stack, code and instructions, read from what the compiler wrote."""
+"""Costs of compiled C on a processor: stack, code size and instructions, from the compiler's output."""

@@ -1,4 +1,4 @@
-"""Machine code as objdump lists it: functions, their instructions, where each goes and which line it comes from."""
+"""Machine code as objdump lists it: functions, instructions, targets of branches, source lines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ADDEND = re.compile(r"[-+]0x[0-9a-f]+$")
 
 
 class Kind(Enum):
-    """What an instruction does to the flow of control."""
+    """Effect of an instruction on the flow of control."""
 
     PLAIN = auto()
     CALL = auto()
@@ -77,35 +77,35 @@ PROCESSORS = {
         rf"bx{CONDITION} lr|(pop|ldm\w*){CONDITION}\S* .*\bpc\}}",
     ),
 }
-"""By the format of object files."""
+"""Processors by the format of object files."""
 
 
 class UnknownProcessor(Exception):
-    """Machine code of a processor whose branches are not known here; the message is the format of its files."""
+    """Machine code of an unsupported processor; the message is the format of its files."""
 
 
 def functions(listing: str) -> tuple[dict[str, Code], str]:
-    """Return the functions in what objdump prints by name, and the format of the file; raises `UnknownProcessor`."""
-    found = FORMAT.search(listing)
-    name = found[1] if found else "nothing"
+    """Return the functions in the output of objdump by name, and the file format; raises `UnknownProcessor`."""
+    match = FORMAT.search(listing)
+    name = match[1] if match else "nothing"
     if name not in PROCESSORS:
         raise UnknownProcessor(name)
-    made = {code.name: code for code in _functions(listing, PROCESSORS[name])}
-    return {one: replace(code, instructions=tuple(_named(code.instructions, made))) for one, code in made.items()}, name
+    codes = {code.name: code for code in _functions(listing, PROCESSORS[name])}
+    return {x: replace(y, instructions=tuple(_name_callees(y.instructions, codes))) for x, y in codes.items()}, name
 
 
 def _functions(listing: str, processor: Processor) -> Iterator[Code]:
     sizes = {name: int(size, 16) for size, name in SYMBOL.findall(listing)}
     for text in re.split(r"\n(?=[0-9a-f]+ <.+>:\n)", listing)[1:]:
         head, *lines = text.split("\n")
-        found = FUNCTION.match(head)
-        assert found
-        instructions = tuple(_instructions(found[2], lines, processor))
-        yield Code(found[2], sizes.get(found[2], 0), instructions)
+        match = FUNCTION.match(head)
+        assert match
+        instructions = tuple(_instructions(match[2], lines, processor))
+        yield Code(match[2], sizes.get(match[2], 0), instructions)
 
 
 def _instructions(function: str, lines: list[str], processor: Processor) -> Iterator[Instruction]:
-    """The instructions of a function; words among them (`.word`) are none, and relocations of these are not theirs."""
+    """The instructions of a function, without data words (`.word`) and their relocations."""
     line: int = 0
     last: Instruction | None = None
     for text in lines:
@@ -135,14 +135,16 @@ def _instruction(function: str, address: int, text: str, line: int, processor: P
     return Instruction(address, kind, line, int(target[1], 16))
 
 
-def _named(instructions: Iterable[Instruction], names: Collection[str]) -> Iterator[Instruction]:
-    """The instructions with names in the place of sections; a place in a section of many functions is not known."""
-    for one in instructions:
-        name = one.callee.removeprefix(SECTION)
-        if not one.callee.startswith(SECTION.rstrip(".")):
-            yield one
+def _name_callees(instructions: Iterable[Instruction], names: Collection[str]) -> Iterator[Instruction]:
+    """The instructions with names of callees for section symbols; unknown if a section has several functions."""
+    for instruction in instructions:
+        name = instruction.callee.removeprefix(SECTION)
+        if not instruction.callee.startswith(SECTION.rstrip(".")):
+            yield instruction
+        elif name in names:
+            yield replace(instruction, callee=name)
         else:
-            yield replace(one, callee=name) if name in names else replace(one, kind=Kind.UNKNOWN, callee="")
+            yield replace(instruction, kind=Kind.UNKNOWN, callee="")
 
 
 def _patterns(processor: Processor) -> Iterator[tuple[Kind, str]]:
@@ -155,7 +157,7 @@ def _patterns(processor: Processor) -> Iterator[tuple[Kind, str]]:
 
 
 def _to_symbol(instruction: Instruction, symbol: str) -> Instruction:
-    """The instruction with the symbol that the linker puts in, where it goes there."""
+    """The instruction with the symbol to which the linker resolves its target."""
     if instruction.kind in (Kind.CALL, Kind.JUMP, Kind.BRANCH):
         return replace(instruction, target=-1, callee=symbol)
     return instruction

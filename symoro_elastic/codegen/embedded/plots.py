@@ -1,4 +1,4 @@
-"""Plots of the report of generated C: what each function costs at most."""
+"""Plots of the report of generated C: maximum costs by function."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from symoro_elastic.foundation.results import figures_of
 
 @figures_of.register
 def _(report: CodeReport) -> dict[str, Plot | str]:
-    """Return costs: instructions, stack and code of each function."""
+    """Return the plot of costs: instructions, stack and code by function."""
     title = f"{report.file}, {report.command}: cost of a call, at most"
     size = (10.0, 1.6 + 0.3 * len(report.functions))
     return {"costs": Plot(title, partial(_costs, report), columns=3, size=size)}
 
 
 def _costs(report: CodeReport, *axes: Any) -> None:
-    rows = [one.name for one in report.functions]
+    rows = [function.name for function in report.functions]
     heads = {"instructions": "instructions", "stack": "stack, bytes", "code": "code, bytes"}
     for axis, (field, head) in zip(axes, heads.items(), strict=True):
-        bars(axis, {head: [getattr(one.cost, field) or 0 for one in report.functions]}, rows if axis is axes[0] else [])
+        bars(axis, {head: [getattr(f.cost, field) or 0 for f in report.functions]}, rows if axis is axes[0] else [])
         axis.set_xlabel(head)
         axis.set_ylim(len(rows) - 0.4, -0.6)

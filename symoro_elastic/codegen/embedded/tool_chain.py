@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shlex
 import shutil
-import subprocess
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +14,11 @@ from symoro_elastic.codegen.compile import (
     CompilerMissing,
     compile_object,
     find_compiler,
+    run_program,
     words,
 )
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
+from symoro_elastic.foundation.output_files import temporary_folder
 
 PACKAGES = {
     "gcc": "gcc",
@@ -45,14 +45,14 @@ class ToolChain:
 
 @dataclass(frozen=True)
 class Compiled:
-    """What a compiler wrote: the listing of the object file, and how much stack each function takes."""
+    """Output of a compiler: the listing of the object file, and the stack of functions."""
 
     listing: str
     stack: str
 
 
 def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
-    """Return the compiler that is named, else that of this computer, with options; -std=c99 -O2 comes before them.
+    """Return the named compiler, else that of this computer, with options after -std=c99 -O2.
 
     Raises `CompilerMissing` that names the package, `ValueError` that is the text with an open quotation mark.
     """
@@ -65,26 +65,26 @@ def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
 
 
 def compile_file(files: Mapping[str, str], source: str, tools: ToolChain) -> Compiled:
-    """Compile one of the files (name to text) and return what there is in it.
+    """Compile one of the files (name to text) and return its listing and stack usage.
 
-    Raises `CompilerMissing` where there is no objdump, `CompilationFailed`.
+    Raises `CompilerMissing` without an objdump, `CompilationFailed`.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         flags = [*tools.flags, "-g1", "-fstack-usage"]  # lines of code only: all of -g takes gcc a third longer
-        made = compile_object(files, Path(folder), tools.compiler, flags, source)
-        usage = made.with_suffix(".su")
+        target = compile_object(files, Path(folder), tools.compiler, flags, source)
+        usage = target.with_suffix(".su")
         if not is_plain_file(usage):
             raise CompilationFailed(f"{tools.compiler[0]}: does not report the stack of functions (-fstack-usage)")
-        return Compiled(_listing(made, tools), read_file(usage).decode("utf-8"))
+        return Compiled(_listing(target, tools), read_file(usage).decode("utf-8"))
 
 
 def _listing(made: Path, tools: ToolChain) -> str:
-    """What objdump prints of an object file; that which belongs to the compiler, else that of this computer."""
-    asked = subprocess.run([*tools.compiler, "-print-prog-name=objdump"], capture_output=True, text=True, check=False)
-    program = asked.stdout.strip() or "objdump"
+    """The output of objdump for an object file; the compiler's own objdump, else that of this computer."""
+    answer = run_program([*tools.compiler, "-print-prog-name=objdump"])
+    program = answer.stdout.strip() or "objdump"
     if shutil.which(program) is None:
         raise CompilerMissing(f"there is no objdump for {tools.compiler[0]}: install it (Debian: apt install binutils)")
-    done = subprocess.run([program, *OBJDUMP, str(made)], capture_output=True, text=True, check=False)
+    done = run_program([program, *OBJDUMP, str(made)])
     if done.returncode:
         raise CompilationFailed(f"{program}: {done.stderr.strip().splitlines()[0] if done.stderr else 'failed'}")
     return done.stdout

@@ -28,10 +28,10 @@ def _library_calls(function: FunctionReport) -> str:
     """Return the calls by name; as one number where there are many names, as a dash where they depend on data."""
     if function.cost.calls is None:
         return "-"
-    made = {name: n for name, n in function.cost.calls.items() if n}
-    if len(made) > MOST_NAMED:
-        made = {f"of {len(made)} functions": sum(made.values())}
-    return ", ".join(f"{n} {name}" for name, n in made.items()) or "0"
+    calls = {name: n for name, n in function.cost.calls.items() if n}
+    if len(calls) > MOST_NAMED:
+        calls = {f"of {len(calls)} functions": sum(calls.values())}
+    return ", ".join(f"{n} {name}" for name, n in calls.items()) or "0"
 
 
 def _sum_of_calls(function: FunctionReport) -> int | None:
@@ -51,13 +51,13 @@ declare(
 declare(
     CodeReport,
     *map(Field, ("command", "format", "sections")),
-    Field("functions", lambda report: {one.name: one for one in report.functions}, rows=FunctionReport),
+    Field("functions", lambda report: {function.name: function for function in report.functions}, rows=FunctionReport),
 )
 
 
 @parts_of.register
 def _(report: CodeReport) -> Sequence[Part]:
-    """Return the table, what the file takes in all, and what the numbers mean."""
+    """Return the table of functions, the size of the file, and notes on the numbers."""
     sizes = ", ".join(f"{size} bytes of {name}" for name, size in report.sections.items())
     title = f"{report.file}: {report.command} ({report.format})"
     return [table_of(FunctionReport, report.functions, title), f"{report.file} takes {sizes}", *NOTES]

@@ -11,25 +11,24 @@ from symoro_elastic.codegen.package import Argument, Function, Package, Paramete
 from symoro_elastic.codegen.package_context import function_context
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.printers import ATOM, Printer, Text
-from symoro_elastic.codegen.st.lines import INDENT, WIDTH, comment, declarations, in_comment, statement
-from symoro_elastic.codegen.st.names import StNames
+from symoro_elastic.codegen.st.lines import INDENT, WIDTH, StNames, comment, declarations, in_comment, statement
 from symoro_elastic.symbolic.operations import ATAN2, COS, MAXIMUM, MINIMUM, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Statement, by_section, rename_variables
 
 LONGEST_BLOCK = 4000
 """Statements of a function block: controllers limit the size of code."""
 OWN_FUNCTIONS = (SIGN, ATAN2, MINIMUM, MAXIMUM)
-"""Operations that Structured Text has no function for, or whose NaN is left open."""
+"""Operations without a function in Structured Text, or with undefined NaN."""
 PREPARED, WORK = "prepared", "work"
 NEXT, START, AT_REST = "_next", "_start", "at_rest"
-"""What results end with that are arguments a period later, and models that give these arguments at the start."""
+"""Suffixes of results that are arguments a period later, and of models of their start; name of the instance."""
 ABSURD = 1e30
-"""What a parameter without a value begins with: results show that it was not given. It is in the range of REAL."""
+"""Initial value of a parameter without a value, which results make visible. It is within the range of REAL."""
 ST = Dialect("", ";", lambda text: f"(* {in_comment(text)} *)", c_continued, {})
 
 
 class StForm:
-    """How a file writes numbers, and the names in it: of blocks, functions, array types."""
+    """Format of numbers in a file, and its names of blocks, functions, array types."""
 
     def __init__(self, package: Package, type_: str, suffix: str) -> None:
         """`type_` is LREAL or REAL; all names of the file end in `suffix`."""
@@ -49,13 +48,13 @@ class StForm:
         return self.names.give(f"{self.package.name}_{what}{self.suffix}")
 
     def array(self, length: int) -> str:
-        """Return the type of arrays of a length; those without entries have one that is not used."""
+        """Return the type of arrays of a length; empty arrays have a type that is not used."""
         if length not in self.types:
             self.types[length] = self.name(self._names_of_lengths.get(length, f"x{length}"))
         return self.types[length]
 
     def number(self, x: float) -> str:
-        """Return a literal: with a point, and typed where compilers would take it for LREAL."""
+        """Return a literal with a decimal point, typed where compilers would assume LREAL."""
         digits, e, exponent = repr(abs(x)).partition("e")
         text = f"{digits if '.' in digits else f'{digits}.0'}{f'E{int(exponent)}' if e else ''}"
         return f"{'-' if x < 0 else ''}{'REAL#' if self.type == 'REAL' else ''}{text}"
@@ -71,18 +70,18 @@ class StArray:
     meaning: str = ""
 
     @property
-    def declared(self) -> list[str]:
-        """Lines that declare it, its meaning beside it or, where that is long, above."""
+    def declaration(self) -> list[str]:
+        """Lines that declare it, with its meaning after it or, where that is long, above."""
         line = f"{INDENT * 2}{self.name} : {self.type};"
         if not self.meaning:
             return [line]
-        beside = f"{line} (* {self.meaning} *)"
-        return [beside] if len(beside) <= WIDTH else [*comment(self.meaning, INDENT * 2), line]
+        with_meaning = f"{line} (* {self.meaning} *)"
+        return [with_meaning] if len(with_meaning) <= WIDTH else [*comment(self.meaning, INDENT * 2), line]
 
 
 @dataclass(frozen=True)
 class StBlock:
-    """A function block, as the template is given it."""
+    """Template data of a function block."""
 
     name: str
     about: tuple[str, ...]
@@ -121,8 +120,8 @@ class StWriter(Writer):
         lines: list[str] = []
         for section, group in by_section(statements):
             lines += ["", *comment(self.heading(section), INDENT)]
-            for one in group:
-                lines += statement(f"{INDENT}{one.name} := ", self.printer.right_side(one))
+            for assigned in group:
+                lines += statement(f"{INDENT}{assigned.name} := ", self.printer.right_side(assigned))
         return lines
 
 
@@ -138,30 +137,31 @@ class StFunction:
         self.results = [*map(self._array, function.results)]
         read = [p for p in self.package.parameters if p.symbol in function.program.used]
         self.parameters = {self.names.give(p.symbol): p for p in read}
-        given = {one.name: array for one, array in zip(function.arguments, self.arguments, strict=True)}
+        arguments = {argument.name: array for argument, array in zip(function.arguments, self.arguments, strict=True)}
         ends = zip(function.results, self.results, strict=True)
-        same = {array.name: given.get(one.name.removesuffix(NEXT)) for one, array in ends if one.name.endswith(NEXT)}
+        same = {a.name: arguments.get(r.name.removesuffix(NEXT)) for r, a in ends if r.name.endswith(NEXT)}
         self.kept = {name: array for name, array in same.items() if array and array.length}
-        """Arguments that are states, by the results that are the same later: the block keeps them."""
+        """Arguments that are states kept by the block, by their results."""
         self.starting = next((f for f in self.package.functions if f.name == f"{function.name}{START}"), None)
-        self.function = self._named(function)
+        self.function = self._with_names(function)
         self.program = self.function.program
         self.printer = StPrinter(self.function, form)
         self.writer = StWriter(self.printer, ST, self.package.joint_names)
 
     def blocks(self) -> list[StBlock]:
         """Return the parts of a long model, then the block that users call."""
-        steps = [Step(one, self.printer.text_of(one).names) for one in self.program.statements]
-        results = self._stored(in_parts=False)
+        steps = [Step(statement, self.printer.text_of(statement).names) for statement in self.program.statements]
+        results = self._stores(in_parts=False)
         at_end = frozenset(self.printer.referenced)
         parts, slots = partition(steps, at_end, self.longest, self.longest)
-        entries = {symbol: f"{a.name}[{k}]" for a, x in self._inputs() for k, symbol in enumerate(x)}
+        inputs = zip(self.arguments, self.program.inputs, strict=True)
+        entries = {symbol: f"{a.name}[{k}]" for a, x in inputs for k, symbol in enumerate(x.symbols)}
         if len(parts) == 1:
             lines = [self._copy(symbol, entry) for symbol, entry in entries.items() if symbol in parts[0].uses]
-            body = [*self._started(), *lines, *self._once(), *self.writer.statements(self.program.statements), *results]
-            made = [s.name for s in self.program.statements]
-            return [self._block(body, [*(x for x in entries if x in parts[0].uses), *made])]
-        return self._in_parts(parts, slots, entries, self._stored(in_parts=True))
+            statements = self.program.statements
+            body = [*self._start_lines(), *lines, *self._once(), *self.writer.statements(statements), *results]
+            return [self._block(body, [*(x for x in entries if x in parts[0].uses), *(s.name for s in statements)])]
+        return self._in_parts(parts, slots, entries, self._stores(in_parts=True))
 
     def _array(self, array: Argument | Result) -> StArray:
         length = array.size if isinstance(array, Argument) else math.prod(array.shape)
@@ -169,10 +169,10 @@ class StFunction:
         meaning = array.meaning if name == array.name else f"{array.name}: {array.meaning}"
         return StArray(name, self.form.array(length), length, in_comment(meaning))
 
-    def _named(self, function: Function) -> Function:
+    def _with_names(self, function: Function) -> Function:
         """The function with names that can be had for its variables."""
         program = function.program
-        symbols = [*(p.symbol for p in self.parameters.values()), *(s for one in program.inputs for s in one.symbols)]
+        symbols = [*(p.symbol for p in self.parameters.values()), *(s for x in program.inputs for s in x.symbols)]
         changed = {name: self.names.give(name) for name in symbols if self.names.give(name) != name}
         program = rename_variables(program, changed) if changed else program
 
@@ -180,10 +180,6 @@ class StFunction:
             return tuple(s._replace(name=self.names.give(s.name)) for s in statements)
 
         return replace(function, program=replace(program, once=of(program.once), statements=of(program.statements)))
-
-    def _inputs(self) -> list[tuple[StArray, tuple[str, ...]]]:
-        """The arguments, each with the names of its entries."""
-        return list(zip(self.arguments, (one.symbols for one in self.program.inputs), strict=True))
 
     def _copy(self, to: str, source: str) -> str:
         return f"{INDENT}{to} := {source};"
@@ -194,7 +190,7 @@ class StFunction:
         return [name for name, p in self.parameters.items() if math.isnan(p.value)]
 
     def _once(self) -> list[str]:
-        """Lines that compute what depends on parameters only: at the first call, unless some are inputs."""
+        """Lines that compute parameter-only values: at the first call, unless some are inputs."""
         if not self.program.once:
             return []
         if self.missing:
@@ -202,27 +198,27 @@ class StFunction:
         inside = [f"{INDENT}{line}" for line in self.writer.statements(self.program.once)[1:]]
         return [f"{INDENT}IF NOT {PREPARED} THEN", *inside, f"{INDENT * 2}{PREPARED} := TRUE;", f"{INDENT}END_IF;"]
 
-    def _started(self) -> list[str]:
-        """Lines that put the states of the block to rest where they are asked to."""
+    def _start_lines(self) -> list[str]:
+        """Lines that initialize the states of the block at rest on request."""
         if not self.kept or not self.starting:
             return []
-        names = {one.name: array.name for one, array in zip(self.function.arguments, self.arguments, strict=True)}
+        names = {x.name: array.name for x, array in zip(self.function.arguments, self.arguments, strict=True)}
         other = StFunction(self.form, self.starting)
-        given = zip(self.starting.arguments, other.arguments, strict=True)
-        call = ", ".join(f"{array.name} := {names[one.name]}" for one, array in given)
-        lines = [f"{AT_REST}({call});", *(f"{one.name} := {AT_REST}.{one.name};" for one in self.kept.values())]
-        asked = self.names.give(START[1:])
-        return [f"{INDENT}IF {asked} THEN", *(f"{INDENT * 2}{line}" for line in lines), f"{INDENT}END_IF;"]
+        arguments = zip(self.starting.arguments, other.arguments, strict=True)
+        call = ", ".join(f"{array.name} := {names[argument.name]}" for argument, array in arguments)
+        lines = [f"{AT_REST}({call});", *(f"{array.name} := {AT_REST}.{array.name};" for array in self.kept.values())]
+        flag = self.names.give(START[1:])
+        return [f"{INDENT}IF {flag} THEN", *(f"{INDENT * 2}{line}" for line in lines), f"{INDENT}END_IF;"]
 
     @property
     def _state_lines(self) -> list[str]:
-        """Declarations of the states that the block keeps."""
-        lines = [line for one in self.kept.values() for line in one.declared]
+        """Declarations of the states of the block."""
+        lines = [line for array in self.kept.values() for line in array.declaration]
         if self.kept and self.starting:
             lines.append(f"{INDENT * 2}{AT_REST} : {self.form.name(self.starting.name)};")
         return lines
 
-    def _stored(self, *, in_parts: bool) -> list[str]:
+    def _stores(self, *, in_parts: bool) -> list[str]:
         """Lines that store the results; states in their own array, unless they pass between parts."""
         lines = ["", f"{INDENT}(* Results. *)"]
         for array, output in zip(self.results, self.program.outputs, strict=True):
@@ -232,9 +228,9 @@ class StFunction:
         return lines
 
     def _block(self, body: Iterable[str], names: Sequence[str], more: Sequence[str] = ()) -> StBlock:
-        """The block that users call, with variables of these names, and `more` that are declared already."""
+        """The public block, with variables `names` and `more` declarations."""
         once, missing = [s.name for s in self.program.once], self.missing
-        variables = [*more, *self._state_lines, *declared([*once, *names], self.form.type)]
+        variables = [*more, *self._state_lines, *declaration_of([*once, *names], self.form.type)]
         variables += [f"{INDENT * 2}{PREPARED} : BOOL := FALSE;"] if once and not missing else []
         return StBlock(
             self.name,
@@ -249,22 +245,22 @@ class StFunction:
 
     def _given(self) -> Iterator[StArray]:
         """Yield the inputs of the block that users call."""
-        if self._started():
+        if self._start_lines():
             meaning = "TRUE at the first call: states begin at rest at the set point, under the torque tau"
             yield StArray(self.names.give(START[1:]), "BOOL", 1, meaning)
         yield from (a for a in self.arguments if a.length and a not in self.kept.values())
 
     def _about(self) -> tuple[str, ...]:
-        """Title, equations, operations, and what is to be known of arguments and results."""
-        whole: list[str] = []
+        """Title, equations, operations, and remarks on arguments and results."""
+        sentences: list[str] = []
         for line in self.about["documented"]:
             if ": " in line:
-                whole.append(line)
-            elif whole and whole[-1].endswith(","):
-                whole[-1] += f" {line.strip()}"
-        others = [line for line in whole if not line.startswith("->")]
+                sentences.append(line)
+            elif sentences and sentences[-1].endswith(","):
+                sentences[-1] += f" {line.strip()}"
+        remarks = [line for line in sentences if not line.startswith("->")]
         own = {f"{a.name} (" for a in self.function.arguments}
-        remarks = [line for line in others if not line.startswith(tuple(own))] if own else others
+        remarks = [line for line in remarks if not line.startswith(tuple(own))] if own else remarks
         return f"{self.about['title']} {self.about['equations']}.", self.about["counts"], *remarks
 
     # Parts of a long program, which hand on their variables in one array
@@ -272,10 +268,10 @@ class StFunction:
     def _in_parts(
         self, parts: Sequence[Part], slots: int, entries: dict[str, str], results: Sequence[str]
     ) -> list[StBlock]:
-        """Blocks for the parts, and that which calls them: parameters and arguments stand behind what is handed on."""
-        given = [*entries, *self.parameters, *(s.name for s in self.program.once)]
+        """Blocks for the parts, and the calling block; arguments and parameters follow passed variables in an array."""
+        inputs = [*entries, *self.parameters, *(s.name for s in self.program.once)]
         used = frozenset().union(*(part.uses for part in parts))
-        places = {name: slots + k for k, name in enumerate(x for x in given if x in used)}
+        places = {name: slots + k for k, name in enumerate(x for x in inputs if x in used)}
         work = StArray(WORK, self.form.array(slots + len(places)), slots + len(places))
         blocks = [
             self._part(k, part, places, work, results if part is parts[-1] else [])
@@ -287,34 +283,34 @@ class StFunction:
         copied = [f"{INDENT}{self.kept.get(a.name, a).name} := {last}.{a.name};" for a in self.results if a.length]
         own = [f"{INDENT * 2}part{k} : {block.name};" for k, block in enumerate(blocks, start=1)]
         own += [f"{INDENT * 2}{WORK} : {work.type};"]
-        return [*blocks, self._block([*self._started(), *self._once(), *body, *calls, *copied], [], own)]
+        return [*blocks, self._block([*self._start_lines(), *self._once(), *body, *calls, *copied], [], own)]
 
     def _part(self, number: int, part: Part, places: dict[str, int], work: StArray, results: Sequence[str]) -> StBlock:
-        """A part: what it needs is read from the array, what others need is written there."""
+        """A part, which reads its inputs from the array and writes variables for other parts there."""
         read = {**part.live_in, **{name: k for name, k in places.items() if name in part.uses}}
-        made = [step.statement for step in part.steps]
+        statements = [step.statement for step in part.steps]
         lines = [self._copy(name, f"{WORK}[{k}]") for name, k in read.items()]
-        lines += self.writer.statements(made)
+        lines += self.writer.statements(statements)
         lines += ["", *(self._copy(f"{WORK}[{k}]", name) for name, k in part.live_out.items())]
         return StBlock(
             self.form.name(f"{self.function.name}_p{number}"),
             (f"Part {number} of {self.name}.",),
             in_outs=(work,),
             results=tuple(a for a in self.results if a.length) if results else (),
-            variables=tuple(declared([*read, *(s.name for s in made)], self.form.type)),
+            variables=tuple(declaration_of([*read, *(s.name for s in statements)], self.form.type)),
             body=(*lines, *results),
         )
 
 
-def declared(names: Sequence[str], type_: str) -> list[str]:
-    """Return lines that declare variables of one type."""
+def declaration_of(names: Sequence[str], type_: str) -> list[str]:
+    """Return lines that declare variables of the same type."""
     return declarations(names, type_, INDENT * 2) if names else []
 
 
 def parameter_line(name: str, parameter: ParameterValue, form: StForm) -> str:
     """Return the declaration of a parameter, with its value."""
-    told = [parameter.name] if name != parameter.name else []
-    told += [parameter.unit] if parameter.unit else []
+    remarks = [parameter.name] if name != parameter.name else []
+    remarks += [parameter.unit] if parameter.unit else []
     value = ABSURD if math.isnan(parameter.value) else parameter.value
-    remark = f" (* {in_comment(', '.join(told))} *)" if told else ""
+    remark = f" (* {in_comment(', '.join(remarks))} *)" if remarks else ""
     return f"{INDENT * 2}{name} : {form.type} := {form.number(value)};{remark}"

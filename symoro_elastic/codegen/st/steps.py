@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from symoro_elastic.codegen.c.steps import sum_of
-from symoro_elastic.codegen.integration.methods import METHODS
-from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import METHODS, Rosenbrock
 from symoro_elastic.codegen.package import Package, ParameterValue
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.st.function import StArray, StBlock, StForm, StFunction, parameter_line
-from symoro_elastic.codegen.st.lines import INDENT, call, in_comment, statement
-from symoro_elastic.codegen.st.names import StNames
+from symoro_elastic.codegen.st.lines import INDENT, StNames, call, in_comment, statement
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
     CLOSED,
@@ -26,13 +24,13 @@ from symoro_elastic.codegen.time_steps import (
 from symoro_elastic.foundation.errors import InputError
 
 KINDS = ("explicit", "w", "midpoint")
-"""Methods that are written; those with exact derivatives need dense matrices."""
+"""Supported kinds of methods; those with exact derivatives need dense matrices."""
 STATE = ("q", "qd")
-"""What blocks of time steps carry."""
+"""Blocks of the state of time steps."""
 COUNTER = "k"
 """Variable of loops over the entries of the state."""
 NOTHING = "(* nothing *)"
-"""A line that is left out."""
+"""A line that is removed."""
 MEANINGS = {
     "tau": "motor torques or forces",
     "r": "positions that servos hold",
@@ -47,14 +45,11 @@ MEANINGS = {
 
 
 def step_blocks(form: StForm, functions: Mapping[str, StFunction], source: str) -> Iterator[StBlock]:
-    """Yield the blocks of the time steps of a package; raises `InputError` for what is not written."""
+    """Yield the blocks of the time steps of a package; raises `InputError` for unsupported ones."""
     package = form.package
     methods = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
     _refuse(package, methods, source)
-    for method in methods:
-        for variant in method.variants:
-            for with_error in (False, True) if method.error else (False,):
-                yield StStep(form, functions, method, variant, with_error).block()
+    yield from (StStep(form, functions, method, *step).block() for method in methods for step in method.steps)
 
 
 def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> None:
@@ -71,7 +66,7 @@ def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> Non
 
 
 def _why_not(package: Package) -> str:
-    """What a machine has that the time steps do not; empty where they are written."""
+    """Feature of a machine that the time steps do not support; empty where they are written."""
     if package.base:
         return "on a floating base"
     if loads_of(package):
@@ -80,14 +75,14 @@ def _why_not(package: Package) -> str:
         return "of loops without a closed form"
     if any(function.name == CLOSED for function in package.functions):
         return "under drives"
-    others = [block.name for block in package.state if block.name not in STATE]
-    if others:
-        return f"of a state with {', '.join(others)}"
+    blocks = [block.name for block in package.state if block.name not in STATE]
+    if blocks:
+        return f"of a state with {', '.join(blocks)}"
     return "" if package.has_motors_in_q else "with motors on dependent joints"
 
 
 class StStep:
-    """A time step: a method, with motors given in one way."""
+    """A time step: a method with a variant of motor inputs."""
 
     def __init__(
         self, form: StForm, functions: Mapping[str, StFunction], method: MethodText, variant: Variant, with_error: bool
@@ -111,9 +106,15 @@ class StStep:
         error = [self._array("error", 2 * self.n, error_meaning(self.package))] if self.with_error else []
         h = StArray("h", self.form.type, 1, "length of the step, s")
         text = render("st/step.st.j2", step=self, sum=self.sum, number=self.form.number)
+        title, times = self.method.title, ", ".join(self.method.times(self.variant))
+        about = (
+            f"{title[:1].upper()}{title[1:]}{self.variant.words}.",
+            f"{', '.join(self.rows)}: a row for each of the times {times}.",
+            "q, qd: the state, at t when called, at t + h then.",
+        )
         return StBlock(
             self.name,
-            tuple(self._about()),
+            about,
             inputs=(*rows, *gains, h),
             in_outs=state,
             results=tuple(error),
@@ -124,12 +125,6 @@ class StStep:
 
     def _array(self, name: str, length: int, meaning: str = "") -> StArray:
         return StArray(self.names.give(name), self.form.array(length), length, in_comment(meaning))
-
-    def _about(self) -> Iterator[str]:
-        title = self.method.title
-        yield f"{title[:1].upper()}{title[1:]}{self.variant.words}."
-        yield f"{', '.join(self.rows)}: a row for each of the times {', '.join(self.method.times(self.variant))}."
-        yield "q, qd: the state, at t when called, at t + h then."
 
     def _variables(self) -> Iterator[str]:
         for function, name in self.models.items():
@@ -143,7 +138,7 @@ class StStep:
     # What the template is written with
 
     def local(self, name: str, length: int = 0) -> str:
-        """Return the name of an array of the block, as long as q unless told."""
+        """Return the name of an array of the block, as long as q by default."""
         self.arrays.setdefault(name, length or self.n)
         return name
 
@@ -155,14 +150,14 @@ class StStep:
         return sum_of(own, array).replace("[i]", "<i>").replace("[", "").replace("]", "").replace("<i>", f"[{COUNTER}]")
 
     def each(self, indent: str = INDENT) -> str:
-        """Return the head of a loop over the state; matiec passes over loops of one pass, which are written out."""
+        """Return the head of a loop over the state; loops with a single pass are written out, as matiec skips them."""
         return f"{indent}FOR {COUNTER} := 0 TO {self.n - 1} DO" if self.n > 1 else f"{indent}{COUNTER} := 0;"
 
     def end(self, indent: str = INDENT) -> str:
         """Return the end of a loop over the state."""
         return f"{indent}END_FOR;" if self.n > 1 else NOTHING
 
-    def advanced(self, to: str, start: str, terms: Terms, array: str) -> str:
+    def advance(self, to: str, start: str, terms: Terms, array: str) -> str:
         """Return the assignment of a part of a state, h times a sum after that at the start."""
         change = f" + h*({self.sum(terms, array)})" if terms else ""
         return self.assign(f"{to}[{COUNTER}]", f"{start}[{COUNTER}]{change}")
@@ -184,35 +179,33 @@ class StStep:
         if self.nodes == 1:
             return [], self.names.give(name)
         row = self.local(f"{name}_row", size)
-        given = self.names.give(name)
-        return [f"{INDENT * depth}{row}[{k}] := {given}[{node * size + k}];" for k in range(size)], row
+        array = self.names.give(name)
+        return [f"{INDENT * depth}{row}[{k}] := {array}[{node * size + k}];" for k in range(size)], row
 
     def rate(self, node: int, qdd: str, depth: int = 1) -> str:
         """Return the lines that find the accelerations of the stage at a node, at `q_s`, `v_s`."""
         lines: list[str] = []
-        found: dict[str, str] = {}
+        rows: dict[str, str] = {}
         for name in self.rows:
-            copied, found[name] = self.row(name, node, depth)
+            copied, rows[name] = self.row(name, node, depth)
             lines += copied
-        forces = [found["f_ext"]] if "f_ext" in found and self._takes_forces() else []
+        arguments = self.functions[self.variant.right_side].function.arguments
+        forces = [rows["f_ext"]] if "f_ext" in rows and any(a.name == "f_ext" for a in arguments) else []
         if self.variant.is_driven:
-            lines += self.on_prescribed_motion(found, "q_s", "v_s", depth)
+            lines += self.on_prescribed_motion(rows, "q_s", "v_s", depth)
             results = {"qdd": qdd}
             return "\n".join(
-                [*lines, *self.call("inverse_dynamics", ["q_s", "v_s", found["ydd"], *forces], results, depth)]
+                [*lines, *self.call("inverse_dynamics", ["q_s", "v_s", rows["ydd"], *forces], results, depth)]
             )
-        torque = found["tau"]
+        torque = rows["tau"]
         if self.variant.of_step:
             torque = self.local("torque", len(self.package.motor_names))
             for k, j in enumerate(self.package.motors):
-                value = f"{found['tau']}[{k}] + {self._gain('kp')}[{k}]*({found['r']}[{k}] - q_s[{j}])"
-                value += f" + {self._gain('kd')}[{k}]*({found['rd']}[{k}] - v_s[{j}])"
+                value = f"{rows['tau']}[{k}] + {self._gain('kp')}[{k}]*({rows['r']}[{k}] - q_s[{j}])"
+                value += f" + {self._gain('kd')}[{k}]*({rows['rd']}[{k}] - v_s[{j}])"
                 lines += statement(f"{INDENT * depth}{torque}[{k}] := ", value)
         lines += self.call("direct_dynamics", ["q_s", "v_s", torque, *forces], {"qdd": qdd}, depth)
         return "\n".join(lines)
-
-    def _takes_forces(self) -> bool:
-        return any(a.name == "f_ext" for a in self.functions[self.variant.right_side].function.arguments)
 
     def _gain(self, name: str) -> str:
         return self.names.give(name)
@@ -230,32 +223,32 @@ class StStep:
     def last_motion(self) -> str:
         """Return the lines that put motors at the end of the step where they are prescribed to be."""
         lines: list[str] = []
-        found: dict[str, str] = {}
+        rows: dict[str, str] = {}
         for name in ("y", "yd"):
-            copied, found[name] = self.row(name, self.nodes - 1, 1)
+            copied, rows[name] = self.row(name, self.nodes - 1, 1)
             lines += copied
-        return "\n".join([*lines, *self.on_prescribed_motion(found, "q", "qd")])
+        return "\n".join([*lines, *self.on_prescribed_motion(rows, "q", "qd")])
 
     def factors(self) -> str:
         """Return the call that factors the system of an implicit step, for `g`."""
         name = f"implicit_factors{self.variant.suffix}"
         size = self.functions[name].results[0].length
-        given = ["q", "qd", self.local("g", 1), *map(self._gain, self.variant.of_step)]
-        return "\n".join(self.call(name, given, [self.local("factors", size)], 1))
+        inputs = ["q", "qd", self.local("g", 1), *map(self._gain, self.variant.of_step)]
+        return "\n".join(self.call(name, inputs, [self.local("factors", size)], 1))
 
     def solve(self, z_q: str, z_v: str, depth: int = 1) -> str:
         """Return the call that solves it, for the right side `v_s`, `qdd`."""
-        given = ["factors", "v_s", self.local("qdd")]
-        found = [self.local(z_q), self.local(z_v)]
-        return "\n".join(self.call(f"implicit_solve{self.variant.suffix}", given, found, depth))
+        inputs = ["factors", "v_s", self.local("qdd")]
+        results = [self.local(z_q), self.local(z_v)]
+        return "\n".join(self.call(f"implicit_solve{self.variant.suffix}", inputs, results, depth))
 
     def call(
-        self, function: str, given: Sequence[str], results: Sequence[str] | Mapping[str, str], depth: int
+        self, function: str, arguments: Sequence[str], results: Sequence[str] | Mapping[str, str], depth: int
     ) -> list[str]:
         """Return the call of a block, and the copies of its results: all in order, or some by name."""
         block = self.functions[function]
         instance = self.models.setdefault(function, self.names.give(function))
-        pairs = zip(block.arguments, given, strict=True)
+        pairs = zip(block.arguments, arguments, strict=True)
         inputs = [f"{array.name} := {value}" for array, value in pairs if array.length]
         for name in block.missing:
             parameter = block.parameters[name]
@@ -264,11 +257,11 @@ class StStep:
             inputs.append(f"{name} := {own}")
         if not isinstance(results, Mapping):
             results = dict(zip((r.name for r in block.function.results), results, strict=True))
-        found = {r.name: array for r, array in zip(block.function.results, block.results, strict=True)}
+        arrays = {r.name: array for r, array in zip(block.function.results, block.results, strict=True)}
         indent = INDENT * depth
         copies = [
-            f"{indent}{self.local(to)} := {instance}.{found[name].name};"
+            f"{indent}{self.local(to)} := {instance}.{arrays[name].name};"
             for name, to in results.items()
-            if found[name].length
+            if arrays[name].length
         ]
         return [*call(f"{indent}{instance}", inputs), *copies]

@@ -17,24 +17,27 @@ from symoro_elastic.codegen.targets.cuda import CUDA
 from symoro_elastic.codegen.targets.linuxcnc import LINUXCNC
 from symoro_elastic.codegen.targets.matlab import MATLAB
 from symoro_elastic.codegen.targets.numpy import NUMPY
+from symoro_elastic.codegen.targets.python import PYTHON
 from symoro_elastic.codegen.targets.st import ST
 
-TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA, ST, LINUXCNC)}
+TARGETS: dict[str, Target] = {
+    target.name: target for target in (NUMPY, C, C_BATCH, CPP, PYTHON, MATLAB, CUDA, ST, LINUXCNC)
+}
 SCALED_TARGETS: dict[str, Target] = {target.name: target for target in (C_FIXED,)}
 """Targets that need packages with scales, which `numerics` proves for the limits of a machine."""
 FMU = "fmu"
 """The target that needs the machine itself: `generation` writes it."""
 TARGET_NAMES = (*TARGETS, *SCALED_TARGETS, FMU)
-"""All that `--target` takes."""
+"""All values of `--target`."""
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))
 """Identifiers that the language or the libraries of some target use."""
 KEYWORDS = c.KEYWORDS | numpy.KEYWORDS
-"""Those of them that are keywords."""
+"""Reserved names that are keywords."""
 
 
 def render_targets(package: Package, targets: Iterable[str], precisions: Sequence[Precision] = (DOUBLE,)) -> Files:
-    """Return the files of targets, each in those of the precisions that it has, else in its default precision.
+    """Return the files of targets in the precisions that they support, else in their default precision.
 
     Raises `OverflowError` for constants outside the range of double precision.
     """

@@ -17,7 +17,7 @@ from symoro_elastic.codegen.package import Axis, Package, ParameterValue
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
 from symoro_elastic.codegen.target import Target, words
-from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.templates import DIGEST, render, with_digest
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "make": (),
@@ -50,7 +50,7 @@ KEYWORDS = words(
     xor xor_eq
     """
 )
-"""Of C and C++, as headers serve both."""
+"""Keywords of C and C++, as headers serve both."""
 LIBRARY = words(
     """
     I NULL NAN INFINITY EOF HUGE RAND_MAX BUFSIZ CHAR_BIT EXIT_SUCCESS EXIT_FAILURE DOMAIN SING OVERFLOW UNDERFLOW PLOSS
@@ -66,12 +66,12 @@ OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force
 
 
 MOST_SIDE_BY_SIDE, MOST_STATEMENTS = 40, 20_000
-"""Angles, and statements of a model, up to which each angle has a line of its own, not a turn of a loop."""
+"""Numbers of angles and statements up to which angles have lines of their own, without a loop."""
 
 
 @dataclass(frozen=True)
 class PackageText:
-    """What templates are given of a package in a precision."""
+    """Template data of a package in a precision."""
 
     name: str
     macro: str
@@ -91,7 +91,7 @@ class PackageText:
 
 @dataclass(frozen=True)
 class SourceText(PackageText):
-    """What the templates of a header and a source are given; `called` are the functions that statements need."""
+    """Template data of a header and a source; `called` are the functions that statements need."""
 
     functions: tuple[FunctionText, ...]
     called: frozenset[str]
@@ -101,7 +101,7 @@ class SourceText(PackageText):
 
 
 def scalar_form(package: Package, precision: Precision) -> Form:
-    """How C writes the numbers of one state."""
+    """The form of numbers of a single state in C."""
     real, name = precision.type_of_real(package.name), package.name + precision.suffix
     functions = {f: precision.functions.get(f, f) for f in FUNCTIONS} | {f: f"{name}_{f}" for f in OWN_FUNCTIONS}
     load = "{array}[{k}]"
@@ -121,7 +121,7 @@ def scalar_form(package: Package, precision: Precision) -> Form:
 
 
 def lines_of_sines(name: str, angles: Sequence[str], statements: int) -> Iterator[str]:
-    """Lines that find sines and cosines, those of large angles apart.
+    """Lines that compute sines and cosines, those of large angles separately.
 
     A loop over few angles, or their array, would leave it to compilers whether to load numbers as vectors that were
     stored one by one, which costs more than all the rest. After a call that may replace them, sines are loaded; where a
@@ -149,7 +149,7 @@ def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
 
 
 def c_text(package: Package, precision: Precision = DOUBLE) -> SourceText:
-    """What the templates of the target are given."""
+    """Template data of the target."""
     return source_text(in_words_of_c(package), precision)
 
 
@@ -160,14 +160,17 @@ def in_words_of_c(package: Package) -> Package:
 
 def files_of(text: SourceText) -> Files:
     """Return the header and the source of a text."""
-    return {
-        f"{text.name}.h": wrap_lines(render("c/model.h.j2", **vars(text))),
-        f"{text.name}.c": wrap_lines(render("c/model.c.j2", **vars(text))),
-    }
+    names = {f"{text.name}{suffix}": f"c/model{suffix}.j2" for suffix in (".h", ".c")}
+    return with_digest({name: wrap_lines(render(template, **vars(text))) for name, template in names.items()})
+
+
+def digest_in(header: str) -> str:
+    """Return the digest that a header holds, for other files that need the header of their run."""
+    return header.partition("_DIGEST ")[2][: len(DIGEST)]
 
 
 def source_text(package: Package, precision: Precision) -> SourceText:
-    """What the templates are given for a package."""
+    """Template data of a source of a package."""
     return text_of(package, precision, functions_of(package, precision))
 
 
@@ -178,7 +181,7 @@ def functions_of(package: Package, precision: Precision) -> list[CFunction]:
 
 
 def text_of(package: Package, precision: Precision, functions: Sequence[CFunction]) -> SourceText:
-    """What the templates are given for a package with these functions."""
+    """Template data of a source of a package with these functions."""
     form = scalar_form(package, precision)
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)
@@ -194,7 +197,7 @@ def text_of(package: Package, precision: Precision, functions: Sequence[CFunctio
 
 
 def package_text(package: Package, precision: Precision, functions: Sequence[CFunction], form: Form) -> PackageText:
-    """What templates are given of a package with these functions."""
+    """Template data of a package with these functions."""
     name = package.name + precision.suffix
     return PackageText(
         name=name,
@@ -220,7 +223,7 @@ def banner(package: Package, precision: Precision) -> str:
 
 
 def sentences(package: Package, precision: Precision) -> tuple[str, ...]:
-    """Return what begins every file: where it comes from, and that it may be used freely."""
+    """Return the first sentences of all files: origin, and that use is free."""
     source = f" from {in_comment(package.source)}" if package.source else ""
     return (
         f"Generated by symoro-elastic{source}: do not edit, generate it again.",
@@ -246,14 +249,14 @@ def _default(parameter: ParameterValue, precision: Precision, is_last: bool) -> 
 # Functions on sums of two doubles in C: which of them need which.
 def with_needed(called: Iterable[str], has_angles: bool) -> frozenset[str]:
     """Return the functions that are called, and all that they call."""
-    found: set[str] = set()
+    needed: set[str] = set()
     stack = [*called, *(["sincos"] if has_angles else [])]
     while stack:
         name = stack.pop()
-        if name not in found:
-            found.add(name)
+        if name not in needed:
+            needed.add(name)
             stack += NEEDS[name]
-    return frozenset(found)
+    return frozenset(needed)
 
 
 C = Target(

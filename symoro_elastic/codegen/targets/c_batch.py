@@ -16,8 +16,17 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
-from symoro_elastic.codegen.targets.c import C, banner, files_of, functions_of, in_words_of_c, scalar_form, text_of
-from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.targets.c import (
+    C,
+    banner,
+    digest_in,
+    files_of,
+    functions_of,
+    in_words_of_c,
+    scalar_form,
+    text_of,
+)
+from symoro_elastic.codegen.templates import render, with_digest
 
 LARGE_STACK = 64_000
 OWN = words(
@@ -31,7 +40,7 @@ OWN = words(
 
 @dataclass(frozen=True)
 class BatchFunction:
-    """A model: heads and bodies of the functions that users call, of those for a state, on vectors, and on rows.
+    """A model: heads and bodies of its public functions, and of functions for a state, on vectors, and on rows.
 
     `of_range` is the head of the function for some of the states, by which the others are computed.
     """
@@ -55,7 +64,7 @@ class BatchFunction:
 
 @dataclass(frozen=True)
 class BatchText:
-    """What the templates are given; `called` are the functions that statements call, by operation and name."""
+    """Template data; `called` are the functions that statements call, by operation and name."""
 
     name: str
     macro: str
@@ -71,7 +80,7 @@ class BatchText:
 
 
 def vector_form(package: Package, precision: Precision) -> Form:
-    """How C writes the numbers of many states, in vectors; without them as those of one state."""
+    """The form of numbers of many states in C, in vectors; without vectors that of a single state."""
     form = scalar_form(package, precision)
     if precision.is_pair:
         return form
@@ -115,10 +124,10 @@ def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
         has_rows=any(function.rows for function in functions),
         steps=CSteps(package, precision, functions, many=True),
     )
-    return files_of(text_of(plain, precision, one_by_one)) | {
-        f"{name}_batch.h": wrap_lines(render("c/batch.h.j2", **vars(text))),
-        f"{name}_batch.c": wrap_lines(render("c/batch.c.j2", **vars(text))),
-    }
+    of_one = files_of(text_of(plain, precision, one_by_one))
+    context = {**vars(text), "digest_of_one": digest_in(of_one[f"{name}.h"])}
+    names = {f"{name}_batch{suffix}": f"c/batch{suffix}.j2" for suffix in (".h", ".c")}
+    return of_one | with_digest({file: wrap_lines(render(template, **context)) for file, template in names.items()})
 
 
 def _function(function: CFunction) -> BatchFunction:
@@ -157,14 +166,14 @@ def _range_call(function: CFunction, indent: str, start: str, end: str) -> str:
 
 
 def _moved_call(function: CFunction, name: str) -> str:
-    """A call with the arrays of the state `first` and of those after it."""
+    """A call with the arrays from the state `first` on."""
     of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
     arguments = [f"{a.name} + first" if a.name in of_states else a.name for a in function.arrays]
     return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
 
 
 def _on_rows(function: CFunction, rows: Rows) -> Routine:
-    """The function that completes a result of `count` states in which vectors leave out what is in rows."""
+    """The function that completes a result of `count` states by the entries that vectors leave to rows."""
     array = next(a for a in function.results if a.name == rows.result)
     head = with_arguments(f"void {_of_rows(function, rows)}", ["size_t states", "size_t count", array.pointer()])
     return Routine(head, "\n".join(rows.lines(array.type)))
@@ -187,21 +196,21 @@ def _one(function: CFunction) -> Routine:
         is_of_states = array.entries and array not in (function.p, *function.c)
         arguments.append(f"{array.name}_one" if is_of_states else array.name)
         lines += [f"{INDENT}{array.type} {array.name}_one[{array.size}];"] if is_of_states else []
-    lines += [line for array in function.inputs for line in _copied(array)]
+    lines += [line for array in function.inputs for line in _copies(array)]
     lines.append(with_arguments(f"{INDENT}{prepared}", arguments, ");"))
-    lines += [line for array in function.results for line in _copied(array)]
+    lines += [line for array in function.results for line in _copies(array)]
     pointers = [a.pointer() for a in function.arrays]
     name = with_arguments(f"void {function.name}_one", ["size_t states", *pointers])
     empty = [f"{INDENT}(void)states;"]
     return Routine(name, "\n".join([*empty, *lines]), True)
 
 
-def _copied(array: Array) -> list[str]:
+def _copies(array: Array) -> list[str]:
     """Lines that copy the entries of a state from or to a batch."""
     if not array.entries:
         return []
-    one, batch = f"{array.name}_one[k]", f"{array.name}[k*states]"
-    target, source = (batch, one) if array.is_written else (one, batch)
+    single, batch = f"{array.name}_one[k]", f"{array.name}[k*states]"
+    target, source = (batch, single) if array.is_written else (single, batch)
     loop = f"{INDENT}for (size_t k = 0; k < {array.size}; k++) {{"
     return [loop, f"{INDENT * 2}{target} = {source};", f"{INDENT}}}"]
 
@@ -209,8 +218,8 @@ def _copied(array: Array) -> list[str]:
 def _stack(function: CFunction) -> str:
     """Work arrays of a batch in kB, where they are large."""
     sizes = {"double": 8, "float": 4}
-    one = sum(a.entries for a in (*function.inputs, *function.results)) * sizes[function.precision.state]
-    size = max(function.stack() * function.precision.widest, one + function.stack())
+    single = sum(a.entries for a in (*function.inputs, *function.results)) * sizes[function.precision.state]
+    size = max(function.stack() * function.precision.widest, single + function.stack())
     return f"{size // 1000} kB of stack" if size > LARGE_STACK else ""
 
 

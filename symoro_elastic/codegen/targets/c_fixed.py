@@ -10,10 +10,10 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import C, banner
-from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.templates import render, with_digest
 
 FIXED = Precision("fixed-point", "fixed point of 32 bits", "int32_t", "int32_t", "uint32_t", 31, short="fixed")
-"""Not one of those that floating point has: what it needs are proven ranges."""
+"""The fixed-point precision, which needs proven ranges; it is not among those of floating point."""
 OWN = words("int32_t uint32_t int64_t angle sine cosine k INT32_MAX UINT32_MAX INT32_MIN")
 """Identifiers of the templates that a user's name could hide."""
 NEEDS = {"sine": ("sincos",), "cosine": ("sincos",)}
@@ -24,9 +24,9 @@ def render_c_fixed(package: Package, precision: Precision = FIXED) -> Files:
     """Return `<name>_fixed.h` and `<name>_fixed.c`; raises `ValueError` for a package without scales."""
     named, name = with_local_names(with_own_results(package), OWN), f"{package.name}_fixed"
     functions = [FixedFunction(named, function, name).text() for function in named.functions]
-    called = {each for function in functions for each in function.called}
-    for each in [*called]:
-        called |= {*NEEDS.get(each, ())}
+    called = {name_called for function in functions for name_called in function.called}
+    for name_called in [*called]:
+        called |= {*NEEDS.get(name_called, ())}
     context = {
         "name": name,
         "macro": name.upper(),
@@ -38,10 +38,8 @@ def render_c_fixed(package: Package, precision: Precision = FIXED) -> Files:
         "functions": functions,
         "called": called,
     }
-    return {
-        f"{name}.h": wrap_lines(render("c_fixed/model.h.j2", **context)),
-        f"{name}.c": wrap_lines(render("c_fixed/model.c.j2", **context)),
-    }
+    names = {f"{name}{suffix}": f"c_fixed/model{suffix}.j2" for suffix in (".h", ".c")}
+    return with_digest({file: wrap_lines(render(template, **context)) for file, template in names.items()})
 
 
 C_FIXED = Target(

@@ -22,7 +22,7 @@ from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.templates import render
 
 SCALAR, PARAMETER = "Scalar", "Parameter"
-"""The types of a state, and of what depends on parameters only."""
+"""The types of a state and of parameter-only values."""
 MOTORS = "motors_in_q"
 COMMENT = re.compile(r"(/\*.*?\*/)", re.DOTALL)
 HEX = re.compile(r"0x[0-9a-f]+(?:\.[0-9a-f]+)?p[-+]?\d+")
@@ -55,14 +55,14 @@ GLOBAL = words(
     u_short ufromfp ufromfpx uint ulong unlockpt unsetenv ushort valloc wcstombs wctomb y0 y1 yn
     """
 )
-"""Functions that these headers declare, by their names for doubles, and what no namespace of a user may be."""
+"""Functions that these headers declare, by their names for doubles, and reserved names of namespaces."""
 VARIANT = re.compile(r"([fl]|f\d+x?|64)?(_[rl])?$")
-"""What the names of functions for other types end with."""
+"""Suffixes of functions for other types."""
 
 
 @dataclass(frozen=True)
 class _AnyPrecision(Precision):
-    """Numbers of any type: those of statements and arrays are a `Scalar`."""
+    """A precision of any type: statements and arrays are of type `Scalar`."""
 
     @property
     def suffix(self) -> str:
@@ -96,10 +96,10 @@ FORM = Form(
 
 
 class _CppFunction(CFunction):
-    """A model as C++: what depends on parameters only may have another type than the state."""
+    """A model as C++: parameter-only values may have another type than the state."""
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> dict[str, str]:  # type: ignore[override]
-        return self.once_writer.unpacked(groups, used, dict.fromkeys(groups, self.form.load_parameter))
+        return self.once_writer.unpack_lines(groups, used, dict.fromkeys(groups, self.form.load_parameter))
 
     def type_of(self, array: str) -> str:
         return PARAMETER if array in ("p", "c") else super().type_of(array)
@@ -124,7 +124,7 @@ class ModelText:
 
 @dataclass(frozen=True)
 class HeaderText:
-    """What the template of the header is given; `called` are the functions that statements need."""
+    """Template data of the header; `called` are the functions that statements need."""
 
     package: Package
     namespace: str
@@ -147,7 +147,7 @@ def namespace_of(name: str) -> str:
 
 def render_cpp(package: Package) -> Files:
     """Return `<name>.hpp`."""
-    package = with_local_names(with_own_results(package), _taken(package))
+    package = with_local_names(with_own_results(package), _reserved_names(package))
     functions = [_CppFunction(package, function, ANY, FORM) for function in package.functions]
     steps = CSteps(package, ANY, functions)
     called = frozenset(name for function in functions for name in function.printer.called)
@@ -169,7 +169,7 @@ def render_cpp(package: Package) -> Files:
     return {f"{package.name}.hpp": wrap_lines(decimal(render("cpp/header.hpp.j2", **vars(header))))}
 
 
-def _taken(package: Package) -> frozenset[str]:
+def _reserved_names(package: Package) -> frozenset[str]:
     """Identifiers that local variables may not have."""
     symbols = {p.symbol for p in package.parameters}
     symbols |= {symbol for f in package.functions for a in f.program.inputs for symbol in a.symbols}
@@ -179,11 +179,11 @@ def _taken(package: Package) -> frozenset[str]:
 
 def _model(function: FunctionText, text: CppText) -> ModelText:
     return ModelText(
-        name=text.renamed(function.name),
+        name=text.without_machine_name(function.name),
         title=function.title,
         counts=function.counts,
         documented=function.documented,
-        constants=constant(text.renamed(function.constants)),
+        constants=constant(text.without_machine_name(function.constants)),
         constant_count=function.constant_count,
         definitions=tuple(map(text.definition, function.routines)),
     )
@@ -191,12 +191,12 @@ def _model(function: FunctionText, text: CppText) -> ModelText:
 
 # C made C++: types become arguments of templates, the word that begins all names of a machine's C a namespace.
 def decimal(text: str) -> str:
-    """Return C without hexadecimal numbers, which C++ has from C++17 on; the decimal digits give the same numbers."""
+    """Return C without hexadecimal numbers, which need C++17; the decimal digits are the same numbers."""
     return HEX.sub(lambda found: repr(float.fromhex(found[0])), text)
 
 
 def constant(name: str) -> str:
-    """Return the name of what is a macro or an enumerator in C: `joints` for JOINTS, `p_Ia` for P_Ia."""
+    """Return the name of a macro or an enumerator of C in C++: `joints` for JOINTS, `p_Ia` for P_Ia."""
     return f"p_{name.removeprefix('P_')}" if name.startswith("P_") else name.lower()
 
 
@@ -206,7 +206,7 @@ class CppText:
     def __init__(self, name: str, namespace: str, called: Collection[str], empty: Collection[str]) -> None:
         """`called` are functions of the scalar type that bodies may call, `empty` arrays without entries.
 
-        Other functions are called by their namespace, so that none of those beside the type is meant.
+        Other functions are called with their namespace, so that functions of the type's namespace are not selected.
         """
         self.namespace, self.called, self.empty = namespace, called, frozenset(empty)
         self._calls = re.compile(rf"\b{name}_(\w+)\(")
@@ -217,43 +217,43 @@ class CppText:
         return self._template(routine.head, routine.body)
 
     def steps(self, source: str, comments: Mapping[str, str]) -> str:
-        """Return the definitions of time steps, one after another as in C, `comments` before those that have one."""
+        """Return the definitions of time steps in the order of C, with `comments` before those that have one."""
         pieces = re.split(r"^\}$", source, flags=re.MULTILINE)
         return "".join(self._piece(piece, comments) for piece in pieces[:-1]) + pieces[-1]
 
-    def renamed(self, code: str) -> str:
+    def without_machine_name(self, code: str) -> str:
         """Return code without the machine's name in the names of C."""
-        code = self._names.sub(lambda found: MOTORS if found[1] == "motors" else found[1], code)
-        code = self._macros.sub(lambda found: constant(found[1]), code)
+        code = self._names.sub(lambda match: MOTORS if match[1] == "motors" else match[1], code)
+        code = self._macros.sub(lambda match: constant(match[1]), code)
         return re.sub(r"(?<!:)\bsize_t\b", "std::size_t", code)
 
     def _piece(self, piece: str, comments: Mapping[str, str]) -> str:
         """A function after comments and arrays."""
         start = piece.rfind("\n", 0, piece.index("void ")) + 1
-        before = _in_code(piece[:start], self.renamed).replace("static const ", "constexpr ")
+        before = _in_code(piece[:start], self.without_machine_name).replace("static const ", "constexpr ")
         head, _, body = piece[start:].partition("\n{\n")
         comment = next((text for name, text in comments.items() if f" {name}(" in head), "")
         before += f"/* {comment}\n */\n" if comment else ""
         return before + self._template(head, body.rstrip("\n"))
 
     def _template(self, head: str, body: str) -> str:
-        found = HEAD.fullmatch(head)
-        assert found, head
-        name, arguments = found[1], found[2]
+        match = HEAD.fullmatch(head)
+        assert match, head
+        name, arguments = match[1], match[2]
         if not re.search(r"_prepare(_part\d+)?$", name):
             arguments = re.sub(rf"\b{SCALAR} (\*?[pc]\b)", rf"{PARAMETER} \1", arguments)
             body = re.sub(rf"^{INDENT}{SCALAR} c\[", f"{INDENT}{PARAMETER} c[", body, flags=re.MULTILINE)
-        whole = {"q", "qd", "qdd"} if re.search(r"_rate(_[a-z]+)?$", name) else set()  # with the base
-        for array in self.empty - whole:
+        full = {"q", "qd", "qdd"} if re.search(r"_rate(_[a-z]+)?$", name) else set()  # with the base
+        for array in self.empty - full:
             arguments = re.sub(rf"\w+ \*{array}\b", f"void *{array}", arguments)
         types = [f"class {type_}" for type_ in (SCALAR, PARAMETER) if re.search(rf"\b{type_}\b", arguments)]
-        head = self.renamed(f"inline void {name}({arguments})")
+        head = self.without_machine_name(f"inline void {name}({arguments})")
         body = self._calls.sub(rf"{self.namespace}::\1(", body)
-        lines = "".join(self._declared_use(body)) + _in_code(body, self.renamed)
+        lines = "".join(self._declared_use(body)) + _in_code(body, self.without_machine_name)
         return f"template <{', '.join(types)}>\n{head}\n{{\n{lines}\n}}"
 
     def _declared_use(self, body: str) -> Iterator[str]:
-        """Lines that let functions be those of the standard library where the type has none."""
+        """Using-declarations of functions of the standard library, for types without own ones."""
         for function in self.called:
             if re.search(rf"\b{function}\(", body):
                 yield f"{INDENT}using {'detail' if function in OWN_FUNCTIONS else 'std'}::{function};\n"

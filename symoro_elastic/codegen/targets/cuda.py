@@ -18,14 +18,14 @@ from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.targets.c import C, PackageText, package_text, scalar_form
-from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.templates import render, with_digest
 
 THREADS = 128
 """Threads of a block: with as many each may have all 255 registers that the hardware can address."""
 BLOCKS = 4096
-"""The most blocks of a launch: several for each place on any device, so that all end at the same time."""
+"""Maximum number of blocks of a launch: several per multiprocessor on any device, for balanced load."""
 SHARED_BYTES = 48 * 1024
-"""Shared memory that every device gives a block."""
+"""Shared memory per block on every device, bytes."""
 DEVICE = "static __device__ "
 QUALIFIERS = Qualifiers(f"{DEVICE}inline ", f"{DEVICE}inline ", f"{DEVICE}__noinline__ ", DEVICE)
 """Accelerations, which every stage of a step needs, are not copied into it: that would fill the instruction cache."""
@@ -45,7 +45,7 @@ OWN = words(
 
 @dataclass(frozen=True)
 class Kernel:
-    """A kernel: its name, heads of it and of the function that launches it, the arguments to hand on."""
+    """A kernel: its name, its head, the head of its launcher, the arguments to pass on."""
 
     name: str
     head: str
@@ -57,8 +57,8 @@ class Kernel:
 class DeviceFunction:
     """A model: its comment, the functions of device code, and its kernel; None where it has no state.
 
-    `shares` tells that what depends on parameters only fits into the shared memory of a block. `first` is the kernel
-    that computes it before, once for all blocks, `after` the one that is given it; None where there is no such work.
+    `shares`: parameter-only values fit into the shared memory of a block. `first` is the kernel
+    that computes them once for all blocks, `after` the kernel with these as argument; None without such values.
     """
 
     name: str
@@ -79,7 +79,7 @@ class DeviceFunction:
 
 @dataclass(frozen=True)
 class StepKernel:
-    """A time step in a kernel: arrays read once, those with rows for each step, those of the state, the error."""
+    """A time step in a kernel: arrays read once, arrays with rows by step, those of the state, the error."""
 
     step: StepText
     kernel: Kernel
@@ -92,7 +92,7 @@ class StepKernel:
 
 @dataclass(frozen=True)
 class CudaText(PackageText):
-    """What the templates are given; `called` are the functions that statements need."""
+    """Template data; `called` are the functions that statements need."""
 
     functions: tuple[DeviceFunction, ...]
     called: frozenset[str]
@@ -104,17 +104,17 @@ class CudaText(PackageText):
 
 
 def strided_form(package: Package, precision: Precision) -> Form:
-    """How device code writes the numbers of one of many states: entry k of an array is at `k*states`."""
+    """The form of numbers of a single one of many states in device code: entry k of an array is at `k*states`."""
     form, name = scalar_form(package, precision), package.name + precision.suffix
 
-    def strided(text: str) -> str:
+    def with_stride(text: str) -> str:
         return text.replace("[{k}]", "[{k}*states]")
 
     return replace(
         form,
-        load=strided(form.load),
-        load_angle=strided(form.load_angle),
-        store=strided(form.store),
+        load=with_stride(form.load),
+        load_angle=with_stride(form.load_angle),
+        store=with_stride(form.store),
         sincos=lambda *_: (f"{name}_sincos(angle, sine, cosine);",),
         states="states",
         part=LONGEST_WHOLE,  # what parts hand on is in the memory of the device
@@ -124,10 +124,8 @@ def strided_form(package: Package, precision: Precision) -> Form:
 def render_cuda(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return `<name>.cuh` and `<name>.cu`, the precision in their names unless it is double."""
     text = _text(with_local_names(with_own_results(package), OWN | C_WORDS), precision)
-    return {
-        f"{text.name}.cuh": wrap_lines(render("cuda/model.cuh.j2", **vars(text))),
-        f"{text.name}.cu": wrap_lines(render("cuda/model.cu.j2", **vars(text))),
-    }
+    names = {f"{text.name}{suffix}": f"cuda/model{suffix}.j2" for suffix in (".cuh", ".cu")}
+    return with_digest({name: wrap_lines(render(template, **vars(text))) for name, template in names.items()})
 
 
 def _text(package: Package, precision: Precision) -> CudaText:
@@ -173,12 +171,12 @@ def _fits(constants: int, precision: Precision) -> bool:
 
 
 def _of_one_state(function: CFunction) -> str:
-    """The call of the function on many states with arrays of one."""
+    """The call of the function of many states with arrays of a single state."""
     return with_arguments(f"{INDENT}{function.name}_strided", ["1", *(a.name for a in function.arrays)], ");")
 
 
 def _body(function: CFunction) -> str:
-    """The body of the function on one state, which computes anew what depends on parameters only."""
+    """The body of the function of a state, which recomputes parameter-only values."""
     if not function.c:
         return _of_one_state(function)
     c = function.c[0]
@@ -187,7 +185,7 @@ def _body(function: CFunction) -> str:
 
 
 def _state_call(function: CFunction, name: str) -> str:
-    """The call with the arrays of the state `s` and of those after it."""
+    """The call with the arrays from the state `s` on."""
     of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
     arguments = [f"{a.name} + s" if a.name in of_states else a.name for a in function.arrays]
     return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
@@ -202,30 +200,30 @@ def _kernel(name: str, sizes: Sequence[str], arrays: Sequence[Array | str]) -> K
         name=f"{name}_kernel",
         head=with_arguments(f"{name}_kernel", restricted),
         launcher=with_arguments(f"cudaError_t {name}_batch", [*plain, "cudaStream_t stream"]),
-        arguments=", ".join(f"&{one}" for one in names),
+        arguments=", ".join(f"&{name}" for name in names),
     )
 
 
 def _step_kernel(step: StepText, steps: CSteps) -> StepKernel:
-    error = [one for one in step.written if one.name == "error"]
-    gains = [one for one in step.read if one.name in step.variant.of_step]
+    error = [array for array in step.written if array.name == "error"]
+    gains = [array for array in step.read if array.name in step.variant.of_step]
     arrays: list[Array | str] = [*step.read, f"{steps.precision.state} h", steps.p, *step.written]
     sizes = [f"size_t {name}" for name in ("states", "steps", "hold")]
     return StepKernel(
         step=step,
         kernel=_kernel(step.name, sizes, arrays),
         gains=tuple(gains),
-        rows=tuple(one for one in step.read if one not in gains),
-        state=tuple(one for one in step.written if one not in error),
+        rows=tuple(array for array in step.read if array not in gains),
+        state=tuple(array for array in step.written if array not in error),
         error=error[0] if error else None,
         call=with_arguments(f"{INDENT * 3}{step.name}_stages", list(_step_arguments(step, steps)), ");"),
     )
 
 
 def _step_arguments(step: StepText, steps: CSteps) -> Iterator[str]:
-    yield from (f"{one.name}_one" for one in step.read)
+    yield from (f"{array.name}_one" for array in step.read)
     yield from ("h", "p", *(["c"] if steps.constants else []))
-    yield from (f"{one.name}_one" for one in step.written)
+    yield from (f"{array.name}_one" for array in step.written)
 
 
 CUDA = Target(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c.lines import in_comment, with_arguments
@@ -22,7 +22,7 @@ TORQUES, FORWARD = "inverse_dynamics", "geometric_model"
 CONTROL, START = "control", "control_start"
 INVERSES = ("inverse_geometric_model", "inverse_position_model")
 LONGEST_NAME = 24
-"""Characters of a machine's name: those of a pin have 47."""
+"""Maximum length of a machine's name: pins have 47 characters."""
 DEGREE, MILLIMETRE = math.pi / 180, 1e-3
 OWN = words(
     "period q qd qdd tau branch fperiod T P found singularity joint k way tried best wanted inst comp_id enable u "
@@ -37,7 +37,7 @@ UNITS = "Joints are in degrees or mm, as LinuxCNC has them; their velocities and
 
 @dataclass(frozen=True)
 class Pins:
-    """An argument as pins: names in HAL and in C, entries, meaning, what a unit of each entry is in SI units."""
+    """An argument as pins: names in HAL and in C, entries, meaning, and units of entries in SI units."""
 
     pin: str
     name: str
@@ -77,15 +77,15 @@ def _refuse_missing(package: Package, functions: Sequence[Function], source: str
     used = frozenset().union(*(function.program.used for function in functions))
     missing = [p.name for p in package.parameters if math.isnan(p.value) and p.symbol in used]
     if missing:
-        others = f", nor have {len(missing) - 1} others" if missing[1:] else ""
+        further = f", nor have {len(missing) - 1} others" if missing[1:] else ""
         what = (
-            f"{missing[0]} has no value{others}, and a component holds the values of parameters: give them in the file"
+            f"{missing[0]} has no value{further}, and a component holds the values of parameters: give them in the file"
         )
         raise InputError(source, "--target linuxcnc", what)
 
 
 def unit_of(axis: Axis) -> float:
-    """Return what a unit of LinuxCNC is of a joint, in SI units: a degree or a millimetre."""
+    """Return the unit of a joint in LinuxCNC in SI units: a degree or a millimetre."""
     return MILLIMETRE if axis.unit.endswith(", m") else DEGREE
 
 
@@ -100,11 +100,16 @@ def _feed_forward(package: Package, function: Function, source: str) -> str:
     results = [{"name": r.name, "size": math.prod(r.shape)} for r in function.results]
     call = [f"given_{pin.name}" for pin in pins] + [f"found_{r['name']}" for r in results]
     torques = next(math.prod(r.shape) for r in function.results if r.name == "tau")
-    about = ["Entries are by joint:", *_entries(package), f"{UNITS} Torques are in N m, forces in N."]
+    about = [
+        "Entries are by joint:",
+        f"q, qd: {', '.join(axis.name for axis in package.axes)};",
+        f"qdd, tau: {', '.join(package.motor_names)}.",
+        f"{UNITS} Torques are in N m, forces in N.",
+    ]
     return render(
         "linuxcnc/feed_forward.comp.j2",
         name=package.name,
-        described=_described(package, about),
+        described=_description(package, about),
         inputs=pins,
         results=results,
         torques=torques,
@@ -116,18 +121,18 @@ def _feed_forward(package: Package, function: Function, source: str) -> str:
 
 
 def _controllers(package: Package, function: Function, start: Function, source: str) -> str:
-    """The component of the sampled controllers, whose states it keeps."""
+    """The component of the sampled controllers with their states."""
     _refuse_missing(package, [function, start], source)
-    models = [HalFunction(package, one) for one in (function, start)]
+    models = [HalFunction(package, model) for model in (function, start)]
     pins = [_pins(package, a.name, a.size, a.meaning) for a in function.arguments if a.name != "zc"]
     states = next((a.size for a in function.arguments if a.name == "zc"), 0)
-    given = {a.name: "states" if a.name == "zc" else f"given_{a.name}" for a in function.arguments if a.size}
-    begin = [given[a.name] for a in start.arguments if a.size] + ["states"] * bool(states)
+    arguments = {a.name: "states" if a.name == "zc" else f"given_{a.name}" for a in function.arguments if a.size}
+    begin = [arguments[a.name] for a in start.arguments if a.size] + ["states"] * bool(states)
     about = [f"Entries are by motor: {', '.join(package.motor_names)}.", UNITS, "Torques are in N m, forces in N."]
     return render(
         "linuxcnc/control.comp.j2",
         name=package.name,
-        described=_described(package, [*about, CALLED]),
+        described=_description(package, [*about, CALLED]),
         inputs=pins,
         motors=len(package.motor_names),
         states=max(states, 1),
@@ -138,7 +143,7 @@ def _controllers(package: Package, function: Function, start: Function, source: 
         start=models[1].text() if states else "",
         begin=with_arguments(f"        {models[1].name}", begin).lstrip(),
         call=with_arguments(
-            f"    {models[0].name}", [*given.values(), "found_u", *["found_zc"] * bool(states)]
+            f"    {models[0].name}", [*arguments.values(), "found_u", *["found_zc"] * bool(states)]
         ).lstrip(),
     )
 
@@ -160,13 +165,8 @@ def _pins(package: Package, name: str, size: int, meaning: str) -> Pins:
     return Pins(pin, short, size, about.replace('"', "'"), tuple(map(repr, units)))
 
 
-def _entries(package: Package) -> Iterator[str]:
-    yield f"q, qd: {', '.join(axis.name for axis in package.axes)};"
-    yield f"qdd, tau: {', '.join(package.motor_names)}."
-
-
-def _described(package: Package, about: Sequence[str]) -> list[str]:
-    """Lines of the description: what the file is, and what is to be known."""
+def _description(package: Package, about: Sequence[str]) -> list[str]:
+    """Lines of the description of the file."""
     lines = [line for text in (*sentences(package, DOUBLE), *about) for line in textwrap.wrap(text, LINE)]
     return [in_comment(line).replace("\\", "/").replace('"', "'") for line in lines]
 
@@ -179,11 +179,11 @@ def _kinematics(package: Package, forward: Function, inverse: Function, source: 
     _refuse_kinematics(package, forward, inverse, source)
     solutions, joints = inverse.results[0].shape
     models = [HalFunction(package, function, static=True) for function in (forward, inverse)]
-    entries = math.prod(forward.results[0].shape)
+    entries, placed = math.prod(forward.results[0].shape), forward.results[0].rows.index(inverse.placed)
     return render(
         "linuxcnc/kinematics.comp.j2",
         name=package.name,
-        described=_described(package, _about_kinematics(package)),
+        described=_description(package, _about_kinematics(package, inverse.placed)),
         solutions=solutions,
         last_branch=solutions - 1,
         joints=joints,
@@ -192,7 +192,7 @@ def _kinematics(package: Package, forward: Function, inverse: Function, source: 
         turns=["360.0" if unit_of(axis) == DEGREE else "0.0" for axis in package.axes],
         degree=repr(DEGREE),
         frames=entries,
-        last=entries - 16,
+        placed=16 * placed,
         forward=models[0].text(),
         forward_name=models[0].name,
         inverse=models[1].text(),
@@ -203,28 +203,28 @@ def _kinematics(package: Package, forward: Function, inverse: Function, source: 
     )
 
 
-def _about_kinematics(package: Package) -> list[str]:
+def _about_kinematics(package: Package, placed: str) -> list[str]:
     return [
         f"Joints, in degrees or mm: {', '.join(axis.name for axis in package.axes)}.",
-        f"World: the frame {package.frames[-1]} in the base, x y z in mm, a b c in degrees, R = Rz(c) Ry(b) Rx(a).",
+        f"World: the frame {placed} in the base, x y z in mm, a b c in degrees, R = Rz(c) Ry(b) Rx(a).",
         "Angles of joints are turned by whole turns to where the joints are.",
         "The pin branch chooses a solution; -1 takes the nearest.",
     ]
 
 
 def _refuse_kinematics(package: Package, forward: Function, inverse: Function, source: str) -> None:
-    """Raise `InputError` for models that are not those of all joints to the last frame."""
+    """Raise `InputError` for models that do not place a frame that all joints move."""
     _refuse_missing(package, [forward, inverse], source)
     place = f"--target linuxcnc, {inverse.name}"
-    if not (forward.results[0].whole and inverse.results[0].whole):
-        what = "kinematics are those of the last frame of the table: leave out the frames that the scene asks for"
+    if inverse.placed not in forward.results[0].rows:
+        what = f"it places {inverse.placed}, which {FORWARD} does not give: ask both for the same frame"
         raise InputError(source, place, what)
     if inverse.results[0].columns or package.motor_names != tuple(axis.name for axis in package.axes):
-        what = "joints without a motor, or that do not move the last frame, have no place in kinematics: lock them"
+        what = f"joints without a motor, or that do not move {inverse.placed}, have no place in kinematics: lock them"
         raise InputError(source, place, what)
     if [a.name for a in forward.arguments] != ["q"]:
-        others = ", ".join(a.name for a in forward.arguments if a.name != "q")
-        raise InputError(source, place, f"{FORWARD} takes {others} beside q, which LinuxCNC does not know")
+        names = ", ".join(a.name for a in forward.arguments if a.name != "q")
+        raise InputError(source, place, f"{FORWARD} takes {names} beside q, which LinuxCNC does not know")
 
 
 LINUXCNC = Target(

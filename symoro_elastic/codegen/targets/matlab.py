@@ -5,27 +5,28 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.codegen.c.lines import in_comment, with_arguments
-from symoro_elastic.codegen.c.steps import StepText
+from symoro_elastic.codegen.c.calls import CalledFunction, called_functions
+from symoro_elastic.codegen.c.lines import in_comment
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
-from symoro_elastic.codegen.matlab_arrays import MatlabArray, of_argument, of_result
 from symoro_elastic.codegen.matlab_function import (
     LONGEST_NAME,
+    MatlabArray,
     MatlabFunction,
     matlab_function,
     matlab_name,
+    of_argument,
+    of_result,
+    of_step,
     with_matlab_names,
 )
-from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.target import Target
-from symoro_elastic.codegen.targets.c import OWN, banner, render_c, sentences, source_text
+from symoro_elastic.codegen.targets.c import OWN, banner, digest_in, render_c, sentences
 from symoro_elastic.codegen.templates import LINE, render
-from symoro_elastic.codegen.time_steps import blocks_carried, entries_of_state, rows_of_nodes
 from symoro_elastic.foundation.errors import some_of
 
 
@@ -43,8 +44,10 @@ def render_matlab(package: Package) -> Files:
     files[f"+{name}/parameters.m"] = render("matlab/parameters.m.j2", **shared, **_parameters(package))
     files[f"+{name}/constants.m"] = render("matlab/constants.m.j2", **shared, **_constants(with_own_results(package)))
     files[f"+{name}/build.m"] = render("matlab/build.m.j2", **shared)
+    in_c = render_c(package, DOUBLE)
+    shared["digest_of_c"] = digest_in(in_c[f"{package.name}.h"])
     files[f"{mex}.c"] = render("matlab/mex.c.j2", **shared, **_mex(package))
-    return files | render_c(package, DOUBLE)
+    return files | in_c
 
 
 def _function(function: MatlabFunction, package: Package) -> dict[str, Any]:
@@ -112,24 +115,19 @@ def _outputs(package: Package, of_columns: dict[str, tuple[str, ...]]) -> Iterat
 
 
 def _mex(package: Package) -> dict[str, Any]:
-    functions = _mex_functions(with_local_names(with_own_results(package), OWN))
+    named = with_local_names(with_own_results(package), OWN)
+    functions = [mex_function(named, called) for called in called_functions(named)]
     missing = [p.name for p in package.parameters if math.isnan(p.value)]
     return {
         "banner": banner(package, DOUBLE),
         "functions": functions,
         "initializer": initializer,
-        "most_inputs": max(len(f.inputs) for f in functions),
-        "most_results": max(len(f.results) for f in functions),
-        "names": textwrap.wrap(", ".join(f.name for f in functions), LINE, drop_whitespace=False),
+        "most_inputs": max(len(f["inputs"]) for f in functions),
+        "most_results": max(len(f["results"]) for f in functions),
+        "names": textwrap.wrap(", ".join(f["name"] for f in functions), LINE, drop_whitespace=False),
         "missing": some_of(missing),
         "parameters": package.parameters,
     }
-
-
-def _mex_functions(package: Package) -> list[MexFunction]:
-    """The models, then the time steps."""
-    steps = source_text(package, DOUBLE).steps.steps if package.steps else []
-    return [*(mex_model(package, f) for f in package.functions), *(mex_step(package, step) for step in steps)]
 
 
 def number(value: float) -> str:
@@ -139,21 +137,21 @@ def number(value: float) -> str:
 
 def cells(names: Sequence[str]) -> str:
     """Source of a row of texts."""
-    return _listed("{", ["'" + name.replace("'", "''") + "'" for name in names], "}", ", ")
+    return _in_lines("{", ["'" + name.replace("'", "''") + "'" for name in names], "}", ", ")
 
 
 def column(values: Sequence[float]) -> str:
     """Source of a column of numbers."""
-    return _listed("[", [number(value) for value in values], "]", "; ") if values else "zeros(0, 1)"
+    return _in_lines("[", [number(value) for value in values], "]", "; ") if values else "zeros(0, 1)"
 
 
 def indices(values: Sequence[int]) -> str:
     """Source of a row of indices, which MATLAB counts from 1."""
-    return _listed("[", [str(value + 1) for value in values], "]", " ")
+    return _in_lines("[", [str(value + 1) for value in values], "]", " ")
 
 
-def _listed(opening: str, items: Sequence[str], closing: str, between: str) -> str:
-    """Items in brackets, in lines of their own where they are many."""
+def _in_lines(opening: str, items: Sequence[str], closing: str, between: str) -> str:
+    """Items in brackets, on lines of their own where they are many."""
     line = opening + between.join(items) + closing
     if len(line) <= LINE - 20:
         return line
@@ -166,67 +164,20 @@ def _listed(opening: str, items: Sequence[str], closing: str, between: str) -> s
     return "\n        ".join([f"{opening} ...", *lines, f"{current.removesuffix(between)}{closing}"])
 
 
-# The functions of a package in C as MEX source calls them: their arrays, and a call of each.
-@dataclass(frozen=True)
-class MexFunction:
-    """A function: its inputs, with p, its results, and the lines that call it with x and y."""
-
-    name: str
-    inputs: tuple[MatlabArray, ...]
-    results: tuple[MatlabArray, ...]
-    lines: tuple[str, ...]
-
-    @property
-    def words(self) -> str:
-        """The inputs before p."""
-        return ", ".join(array.name for array in self.inputs[:-1])
-
-
-def mex_model(package: Package, function: Function) -> MexFunction:
-    """Return a model of a package, whose results have names of their own."""
-    inputs = (*map(of_argument, function.arguments), parameters_of(package))
-    results = tuple(map(of_result, function.results))
-    given = [f"x[{k}]" for k in range(len(inputs))] + [f"y[{k}]" for k in range(len(results))]
-    call = with_arguments(f"{package.name}_{function.name}", given, ");")
-    return MexFunction(function.name, inputs, results, tuple(call.splitlines()))
-
-
-def mex_step(package: Package, step: StepText) -> MexFunction:
-    """Return a time step: the state is among its inputs, and its first results are the state after the step."""
-    nodes = len(step.method.nodes_of(step.variant))
-    rows = rows_of_nodes(step.variant, package)
-    read = [
-        MatlabArray(array.name, "", rows[array.name], nodes, by_columns=True)
-        if array.name in rows
-        else MatlabArray(array.name, "", array.entries)
-        for array in step.read
-    ]
-    state = _state(package, step)
-    errors = 2 * entries_of_state(package) + step.states
-    error = [MatlabArray("error", "", errors)] if step.with_error else []
-    inputs = (*read, MatlabArray("h", "", 1), *state, parameters_of(package))
-    first = len(read) + 1
-    copied = [
-        f"memcpy(y[{k}], x[{first + k}], {array.entries}*sizeof(double));"
-        for k, array in enumerate(state)
-        if array.rows
-    ]
-    given = [f"x[{k}]" for k in range(len(read))] + [f"x[{len(read)}][0]", f"x[{len(inputs) - 1}]"]
-    given += [f"y[{k}]" for k in range(len(state) + len(error))]
-    call = with_arguments(step.name, given, ");")
-    name = step.name.removeprefix(f"{package.name}_")
-    return MexFunction(name, inputs, (*state, *error), (*copied, *call.splitlines()))
+def mex_function(package: Package, called: CalledFunction) -> dict[str, Any]:
+    """Return the context of a function in C: its arrays as MATLAB has them, and the lines that call it with x and y."""
+    model = next((f for f in package.functions if f.name == called.name), None)
+    if model:
+        inputs, results = [*map(of_argument, model.arguments), parameters_of(package)], [*map(of_result, model.results)]
+    else:
+        inputs, results = ([*map(of_step, arrays)] for arrays in (called.inputs, called.results))
+    words = ", ".join(array.name for array in inputs[:-1])
+    return {"name": called.name, "inputs": inputs, "results": results, "lines": called.call, "words": words}
 
 
 def parameters_of(package: Package) -> MatlabArray:
     """Return the last input of every function."""
     return MatlabArray("p", "parameters", len(package.parameters))
-
-
-def _state(package: Package, step: StepText) -> list[MatlabArray]:
-    """The arrays that a time step changes."""
-    blocks = ((block, of_argument(block)) for block in blocks_carried(step.variant, package))
-    return [array if block in package.base else replace(array, meaning="") for block, array in blocks]
 
 
 def initializer(array: MatlabArray) -> str:

@@ -16,7 +16,7 @@ from symoro_elastic.codegen.package_context import Files, function_context, pack
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import Target, words
-from symoro_elastic.codegen.templates import Literal, in_brackets, render
+from symoro_elastic.codegen.templates import Literal, in_brackets, render, with_digest
 from symoro_elastic.codegen.time_steps import Literals, settling_of
 from symoro_elastic.quantities import QUANTITIES
 from symoro_elastic.symbolic.operations import MAXIMUM, MINIMUM
@@ -47,19 +47,15 @@ def render_numpy(package: Package) -> Files:
     package = with_local_names(package, OWN)
     functions = [_python_function(package, function) for function in package.functions]
     methods = numpy_methods(package)
-    context = package_context(package) | {
+    context = constants_context(package) | {
         "functions": functions,
         "extrema": any(function["extrema"] for function in functions),
-        "states": package.states,
         "steps": [step for method in methods for step in method.steps],
-        "parameters": [
-            {"name": p.name, "python_value": Literal("np.nan" if math.isnan(p.value) else repr(p.value))}
-            for p in package.parameters
-        ],
     }
+    matrices = json.dumps({row.name: row.rows for row in QUANTITIES.values() if row.rows})
     files = {
         "__init__.py": render("numpy/__init__.py.j2", **context),
-        "_runtime.py": render("numpy/runtime.py.j2", matrices=json.dumps(_matrices()), extrema=context["extrema"]),
+        "_runtime.py": render("numpy/runtime.py.j2", matrices=matrices, extrema=context["extrema"]),
     }
     if methods:
         kinds = {method.text.kind for method in methods}
@@ -68,12 +64,21 @@ def render_numpy(package: Package) -> Files:
         files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=methods, **has)
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
-    return files
+    return with_digest(files)
 
 
-def _matrices() -> dict[str, int]:
-    """Rows of the arguments that may be given as matrices."""
-    return {row.name: row.rows for row in QUANTITIES.values() if row.rows}
+def constants_context(package: Package) -> dict[str, Any]:
+    """Return the context of templates of names and default values, but for `functions`."""
+    values = [Literal("np.nan" if math.isnan(p.value) else repr(p.value)) for p in package.parameters]
+    named = zip(package.parameters, values, strict=True)
+    parameters = [{"name": p.name, "python_value": value} for p, value in named]
+    return package_context(package) | {"states": package.states, "parameters": parameters}
+
+
+def outputs_context(function: Function) -> dict[str, Any]:
+    """Return the labels of rows and columns of the results of a model."""
+    outputs = [{"name": r.name, "rows": r.rows} for r in function.results]
+    return {"outputs": outputs, "columns": function.columns}
 
 
 def _python_function(package: Package, function: Function) -> dict[str, Any]:
@@ -82,26 +87,28 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     prepare, body = _bodies(function, parameters, package.joint_names)
     text = "\n".join([*prepare, *body])
     about, guaranteed = function_context(function), function.guaranteed.get(DOUBLE.name)
-    return about | {
-        "documented": [*about["documented"], *(guaranteed.lines if guaranteed else ())],
-        "in_box": _in_box(package.inputs(function), guaranteed) if guaranteed else [],
-        "module": f"_{function.name}",
-        "signature": ", ".join([*arguments, "p=DEFAULTS"]),
-        "call": ", ".join([*arguments, "p=p"]),
-        "program_signature": ", ".join(["_f", *arguments, "c"]),
-        "sizes": ", ".join(f"{a.name}={a.size}" for a in function.arguments),
-        "parameters": len(parameters),
-        "shapes": _tuple(_tuple(r.shape) for r in function.results),
-        "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],
-        "columns": function.columns,
-        "extrema": any(f"_f.{name}(" in text for name in (MINIMUM, MAXIMUM)),
-        "prepare_body": "\n".join(prepare),
-        "body": "\n".join(body),
-    }
+    return (
+        about
+        | outputs_context(function)
+        | {
+            "documented": [*about["documented"], *(guaranteed.lines if guaranteed else ())],
+            "in_box": _in_box(package.inputs(function), guaranteed) if guaranteed else [],
+            "module": f"_{function.name}",
+            "signature": ", ".join([*arguments, "p=DEFAULTS"]),
+            "call": ", ".join([*arguments, "p=p"]),
+            "program_signature": ", ".join(["_f", *arguments, "c"]),
+            "sizes": ", ".join(f"{a.name}={a.size}" for a in function.arguments),
+            "parameters": len(parameters),
+            "shapes": _tuple(_tuple(r.shape) for r in function.results),
+            "extrema": any(f"_f.{name}(" in text for name in (MINIMUM, MAXIMUM)),
+            "prepare_body": "\n".join(prepare),
+            "body": "\n".join(body),
+        }
+    )
 
 
 def _in_box(sizes: Mapping[str, int], guaranteed: Guaranteed) -> list[dict[str, Any]]:
-    """The arguments that have ranges, with the ends of these."""
+    """The arguments with ranges, and their ends."""
     ends = {name: guaranteed.ends(name, sizes[name]) for name in guaranteed.arguments}
     return [{"name": name, "low": _numbers(low), "high": _numbers(high)} for name, (low, high) in ends.items()]
 
@@ -112,7 +119,7 @@ def _numbers(numbers: Iterable[float]) -> str:
 
 
 def _bodies(function: Function, parameters: list[str], joints: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """The lines for a parameter set and those for a state; the first hand on all that the others need of p."""
+    """The lines for a parameter set and those for a state, with the values of p that the first pass to the second."""
     program = function.program
     printer = Printer(program, functions=PYTHON.functions)
     writer = Writer(printer, PYTHON, joints)
@@ -122,15 +129,15 @@ def _bodies(function: Function, parameters: list[str], joints: tuple[str, ...]) 
     printer.referenced.clear()
     once = writer.statements(program.once)
     constants = [name for name in (*parameters, *(s.name for s in program.once)) if name in used]
-    prepare = [*_unpacked("p", parameters, {*printer.referenced, *constants}), *once]
-    unpacked = [line for a in program.inputs for line in _unpacked(a.name, a.symbols, used)]
-    body = [*unpacked, *_unpacked("c", constants, used), *lines, "", "    # Results.", "    return ("]
+    prepare = [*_unpack("p", parameters, {*printer.referenced, *constants}), *once]
+    unpacked = [line for a in program.inputs for line in _unpack(a.name, a.symbols, used)]
+    body = [*unpacked, *_unpack("c", constants, used), *lines, "", "    # Results.", "    return ("]
     body += [f"        {result}," for result in results]
     return [*prepare, f"    return {_tuple(constants, 1)}"], [*body, "    )"]
 
 
-def _unpacked(array: str, symbols: Iterable[str], used: Collection[str]) -> list[str]:
-    """The line that gives the entries of an array their names; `_` stands for those that are not used."""
+def _unpack(array: str, symbols: Iterable[str], used: Collection[str]) -> list[str]:
+    """The line that unpacks an array into names; `_` replaces unused ones."""
     names = [symbol if symbol in used else "_" for symbol in symbols]
     return [] if set(names) <= {"_"} else [f"    {_tuple(names, 1)} = {array}"]
 

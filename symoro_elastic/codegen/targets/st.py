@@ -17,7 +17,7 @@ from symoro_elastic.codegen.targets.c import sentences
 from symoro_elastic.codegen.templates import render
 
 TYPES = {DOUBLE.name: ("LREAL", ""), SINGLE.name: ("REAL", "_f32")}
-"""The type of numbers in each precision, and what names end with."""
+"""Types of numbers and suffixes of names, by precision."""
 ORDER = (
     "The order of operations is that of the C of the same models, without contraction of products and sums. "
     "Controllers that compute in registers of 80 bits, or have sines of their own, may differ in the last digits."
@@ -73,9 +73,9 @@ def _comment(block: StBlock) -> list[str]:
 
 
 def _interface(block: StBlock) -> list[tuple[str, list[str]]]:
-    """The sections of arrays that have entries, with the lines of each."""
+    """The sections of nonempty arrays, with their lines."""
     sections = (("VAR_INPUT", block.inputs), ("VAR_IN_OUT", block.in_outs), ("VAR_OUTPUT", block.results))
-    return [(name, [line for array in arrays for line in array.declared]) for name, arrays in sections if arrays]
+    return [(name, [line for array in arrays for line in array.declaration]) for name, arrays in sections if arrays]
 
 
 ST = Target(

@@ -1,15 +1,22 @@
-"""The columns of a .par file: their lengths checked, their cells read, their defaults filled in."""
+"""The columns of a .par file: their lengths checked, their cells read, their defaults filled in.
+
+The variables that its rows own are the names in the cells that sigma selects which are not parameters: the format
+declares neither parameters nor coupled joints. A row with a motor or a spring owns a variable; one with
+mu = 0 is passive if its cell holds a name of its own, else it is coupled. What stays in doubt is refused.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.formats.joint_cells import formula, whole
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, formula, offset_of, whole
 from symoro_elastic.formats.par.syntax import BODY, GEOMETRIC, INERTIAL, JOINT, VECTORS, ParText
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.columns import declared_columns as columns_of
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import NO_VECTOR, Kind, KnownOfBase, Vector3
+from symoro_elastic.machine.machine import NO_VECTOR, Joint, Kind, KnownOfBase, Vector3
 from symoro_elastic.machine.names import quote, why_reserved
 
 ROWS = (*GEOMETRIC, *BODY, "eta", "k")
@@ -18,6 +25,9 @@ FALSE, TRUE = ("0", "False", "false"), ("1", "True", "true")
 
 OF_JOINTS = (*BODY, *JOINT, "mu")
 """Lists whose entries for the cut joints and for the frames that these meet may be left out."""
+WAYS = "each in a line (*toml ... *)"
+Candidates = dict[int, set[str]]
+"""Names that may be variables of the rows, by the number of the row."""
 
 
 @dataclass(frozen=True)
@@ -59,55 +69,56 @@ class Counts:
         return key in BODY and entries in (self.bodies + 1, self.frames + 1)
 
 
-def counts(found: ParText) -> Counts:
+def counts(text: ParText) -> Counts:
     """The numbers of bodies and joints; raises `InputError` where they or NF are wrong."""
-    if "NL" not in found.numbers:
-        raise InputError(found.source, "NL", "is missing: write NL = the number of bodies")
-    bodies = whole(found.numbers["NL"], found.source, "NL")
-    joints = whole(found.numbers.get("NJ", str(bodies)), found.source, "NJ")
+    if "NL" not in text.numbers:
+        raise InputError(text.source, "NL", "is missing: write NL = the number of bodies")
+    bodies = whole(text.numbers["NL"], text.source, "NL")
+    joints = whole(text.numbers.get("NJ", str(bodies)), text.source, "NJ")
     if bodies < 0:
-        raise InputError(found.source, "NL", f"{bodies} must be the number of bodies")
+        raise InputError(text.source, "NL", f"{bodies} must be the number of bodies")
     if joints < bodies:
         what = f"{joints} joints are too few for NL = {bodies} bodies: each body has one, each closed loop one more"
-        raise InputError(found.source, "NJ", what)
+        raise InputError(text.source, "NJ", what)
     found_counts = Counts(bodies, joints)
-    frames = whole(found.numbers.get("NF", str(found_counts.frames)), found.source, "NF")
+    frames = whole(text.numbers.get("NF", str(found_counts.frames)), text.source, "NF")
     if frames != found_counts.frames:
-        raise InputError(found.source, "NF", f"{frames} must be 2 NJ - NL = {found_counts.frames}, or left out")
+        raise InputError(text.source, "NF", f"{frames} must be 2 NJ - NL = {found_counts.frames}, or left out")
     return found_counts
 
 
-def check_lengths(found: ParText, count: Counts, with_base: bool) -> None:
+def check_lengths(text: ParText, count: Counts, with_base: bool) -> None:
     """Raise `InputError` for a list that has too few or too many entries."""
-    for key, cells in found.lists.items():
+    for key, cells in text.lists.items():
         lengths = count.lengths(key)
         if len(cells) in lengths or (with_base and count.has_base(key, len(cells))):
             continue
-        *others, last = (f"{length} ({what})" for length, what in lengths.items())
-        expected = f"{', '.join(others)} or {last}" if others else last
-        raise InputError(found.source, key, f"has {len(cells)} entries, expected {expected}")
+        *first, last = (f"{length} ({what})" for length, what in lengths.items())
+        expected = f"{', '.join(first)} or {last}" if first else last
+        raise InputError(text.source, key, f"has {len(cells)} entries, expected {expected}")
 
 
 class Columns:
     """The table of a .par file; rows are numbered from 1, and have the names j1, j2 ... unless others are given."""
 
-    def __init__(self, found: ParText) -> None:
-        self.found, self.source = found, found.source
+    def __init__(self, text: ParText) -> None:
+        self.text, self.source = text, text.source
         self.known_of_base = self._known_of_base()
         for key in ("ant", "sigma"):
-            if key not in found.lists:
+            if key not in text.lists:
                 raise InputError(self.source, key, f"the list is missing: write {key} = {{...}}, an entry a joint")
-        self.counts = counts(found)
-        check_lengths(found, self.counts, with_base=self.known_of_base is not None)
+        self.counts = counts(text)
+        check_lengths(text, self.counts, with_base=self.known_of_base is not None)
         self.count = self.counts.frames
         self.of_base = self._of_base()
-        self.lists = {key: self._padded(found.lists[key]) for key in ROWS if key in found.lists}
+        lists = {key: text.lists[key] for key in ROWS if key in text.lists}  # without entries for ends: zeros
+        self.lists = {key: [*cells, *["0"] * (self.count - len(cells))] for key, cells in lists.items()}
         self.names = [f"j{j}" for j in range(1, self.count + 1)]
         self._whole: dict[tuple[str, int], int] = {}
         self._formulas: dict[str, tuple[Formula, ...]] = {}
 
     def place(self, j: int, key: str) -> str:
-        """The name of one cell in messages."""
+        """The name of a cell in messages."""
         name = self.names[j - 1]
         joint = f"joint {j} ({name if why_reserved(name) is None else quote(name)})"
         return f"{joint}, {key}" if key else joint
@@ -144,9 +155,9 @@ class Columns:
 
     def base_vector(self, key: str) -> Vector3:
         """A list of three that belongs to frame 0."""
-        if key not in self.found.lists:
+        if key not in self.text.lists:
             return NO_VECTOR
-        x, y, z = (formula(text, self.source, key) for text in self.found.lists[key])
+        x, y, z = (formula(text, self.source, key) for text in self.text.lists[key])
         return x, y, z
 
     def kind(self, j: int) -> Kind:
@@ -177,7 +188,7 @@ class Columns:
         return Kind.CUT
 
     def _no_end(self, j: int) -> str:
-        """What is wrong with the frame that a cut joint meets if it moves."""
+        """Return why a moving row cannot be the frame that a cut joint meets."""
         first, last = self.counts.joints + 1, self.count
         rows = f"row {last} is the frame" if first == last else f"rows {first} to {last} are the frames"
         cut = self.names[j - self.counts.loops - 1]
@@ -185,31 +196,213 @@ class Columns:
 
     def _known_of_base(self) -> KnownOfBase | None:
         """Known quantity of the base: the wrench on a floating one, the acceleration of a mobile one."""
-        found = []
-        for key, known in (("is_floating", KnownOfBase.WRENCH), ("is_mobile", KnownOfBase.ACCELERATION)):
-            value = self.found.numbers.get(key, "0")
+        quantities = []
+        for key, quantity in (("is_floating", KnownOfBase.WRENCH), ("is_mobile", KnownOfBase.ACCELERATION)):
+            value = self.text.numbers.get(key, "0")
             if value not in (*TRUE, *FALSE):
                 raise InputError(self.source, key, f"{quote(value)} must be 0 or 1")
-            found += [known] if value in TRUE else []
-        if len(found) > 1:
+            quantities += [quantity] if value in TRUE else []
+        if len(quantities) > 1:
             raise InputError(self.source, "is_mobile", "the base is floating already: write 1 for one of the two")
-        return found[0] if found else None
+        return quantities[0] if quantities else None
 
     def _of_base(self) -> dict[str, str]:
         """Cells of the base, removed from the lists, where they precede those of the bodies."""
         cells = {}
         for key in BODY:
-            if self.known_of_base and self.counts.has_base(key, len(self.found.lists.get(key, ()))):
-                cells[key], *self.found.lists[key] = self.found.lists[key]
+            if self.known_of_base and self.counts.has_base(key, len(self.text.lists.get(key, ()))):
+                cells[key], *self.text.lists[key] = self.text.lists[key]
         for key in BODY[len(INERTIAL) :]:
-            if not self.base_formula(cells, key).is_zero:
+            if not formula(cells.get(key, "0"), self.source, f"base, {key}").is_zero:
                 raise InputError(self.source, f"base, {key}", "the base has no joint, and f0 is an argument: write 0")
         return cells
 
-    def base_formula(self, cells: Mapping[str, str], key: str) -> Formula:
-        """A cell of the base, zero without an entry."""
-        return formula(cells.get(key, "0"), self.source, f"base, {key}")
 
-    def _padded(self, cells: list[str]) -> list[str]:
-        """A list with zeros for the cut joints and the frames they meet, where it has no entries for them."""
-        return [*cells, *["0"] * (self.count - len(cells))]
+def owned_names(names: Mapping[int, Collection[str]], optional: Collection[int]) -> Candidates:
+    """Return the candidates for each row's variable: one if determined, several if ambiguous, none if coupled.
+
+    A row with one name owns it; one with several owns that which no other row owns. Rows in `optional` are coupled
+    where other rows own all their names; a name that such a row has alone is not taken from one that must own one.
+    """
+    candidates = {j: set(options) for j, options in names.items()}
+    holders: dict[str, list[int]] = {}
+    for j, options in candidates.items():
+        for name in options:
+            holders.setdefault(name, []).append(j)
+    waiting = deque(j for j, options in candidates.items() if len(options) == 1)
+    visited: set[tuple[str, bool]] = set()
+    while waiting:
+        i = waiting.popleft()
+        name = next(iter(candidates[i]), "")
+        if len(candidates[i]) != 1 or (name, i in optional) in visited:
+            continue
+        visited.add((name, i in optional))
+        for j in holders[name]:
+            yields = j in optional or (len(names[j]) > 1 and i not in optional)
+            if j != i and yields and name in candidates[j]:
+                candidates[j].remove(name)
+                waiting.append(j)
+    return candidates
+
+
+def _owned_names(candidates: Candidates) -> set[str]:
+    """Names that are determined to be variables of rows."""
+    return {name for names in candidates.values() if len(names) == 1 for name in names}
+
+
+class _Cells:
+    """The cells that sigma selects, of the rows that move.
+
+    `declared` are parameters; so are the names `elsewhere`, in cells without variable, by the number of times.
+    `chosen` are the variables that the file names as those of rows.
+    """
+
+    def __init__(
+        self, columns: Columns, declared: Collection[str], elsewhere: Mapping[str, int], chosen: Mapping[int, str]
+    ) -> None:
+        self.columns, self.elsewhere = columns, elsewhere
+        rows = range(1, columns.count + 1)
+        self.sigma = {j: sigma for j in rows if (sigma := columns.whole("sigma", j, 0)) in SELECTED}
+        self.cells = {j: columns.formula(SELECTED[sigma], j) for j, sigma in self.sigma.items()}
+        self.names = {j: cell.names.difference(declared) for j, cell in self.cells.items()}
+        self.holders = Counter(name for names in self.names.values() for name in names)
+        self.given = self._checked_choices(chosen)
+        passive = [j for j in self.cells if j not in self.given and columns.kind(j) is Kind.PASSIVE]
+        self.optional = {j for j in passive if any(self.holders[name] > 1 for name in self.names[j])}
+        self.candidates = {j: set(self._candidates(j)) for j in self.cells}
+
+    def own(self) -> dict[int, str]:
+        """Return the variables of rows that have one, by row number; raises `InputError` for an ambiguous one."""
+        candidates = owned_names(self.candidates, self.optional)
+        for narrowed in (self._named_by_followers, self._only_here, self._named_by_followers):
+            candidates = owned_names({**candidates, **narrowed(candidates)}, self.optional)
+        owned = _owned_names(candidates)
+        for j, names in candidates.items():
+            doubt = self._doubt(j, names, owned)
+            if doubt:
+                raise self._error(j, SELECTED[self.sigma[j]], doubt)
+        return {j: name for j, names in candidates.items() for name in names}
+
+    def _candidates(self, j: int) -> Collection[str]:
+        """Names in a cell that may be its variable: summands, and no parameters elsewhere."""
+        names = self.names[j]
+        if j in self.given:
+            return {self.given[j]}
+        if len(names) == 1 and j not in self.optional:
+            return names
+        variables = names.difference(self.elsewhere)
+        added = {name for name in variables if offset_of(self.cells[j], name) is not None}
+        return added if j in self.optional else added or variables or names
+
+    def _named_by_followers(self, candidates: Candidates) -> Candidates:
+        """Ambiguous rows with one name that a coupled row needs, since no other row may own it."""
+        owners: dict[str, list[int]] = {}
+        for j, names in candidates.items():
+            for name in names:
+                owners.setdefault(name, []).append(j)
+        narrowed: Candidates = {}
+        for j in self._without_leader(candidates):
+            possible = [(i, name) for name in self.names[j] for i in owners.get(name, ())]
+            narrowed |= {i: {name} for i, name in possible if len(possible) == 1}
+        self.candidates |= narrowed
+        return narrowed
+
+    def _without_leader(self, candidates: Candidates) -> list[int]:
+        """Coupled rows whose cells hold no determined variable of another row."""
+        owned = _owned_names(candidates)
+        return [j for j in self.optional if not candidates[j] and owned.isdisjoint(self.names[j])]
+
+    def _only_here(self, candidates: Candidates) -> Candidates:
+        """Ambiguous rows with one name that occurs in no other cell; its other names may be parameters."""
+        followed = {name for j in self._without_leader(candidates) for name in self.names[j]}
+        followed |= {name for j in self.optional if len(candidates[j]) == 1 for name in candidates[j]}
+        narrowed = {}
+        for j, names in candidates.items():
+            new = {name for name in names if self.holders[name] == 1}
+            if len(names) > 1 and len(new) == 1 and names.isdisjoint(followed):
+                narrowed[j] = new
+        return narrowed
+
+    def _checked_choices(self, chosen: Mapping[int, str]) -> Mapping[int, str]:
+        """Variables that the file assigns to rows; raises `InputError` for impossible ones."""
+        for j, variable in chosen.items():
+            if j not in self.cells:
+                raise self._error(j, "variable", "a fixed frame has no variable of its own: leave it out")
+            if variable not in self.cells[j].names:
+                where = f"{SELECTED[self.sigma[j]]} = {quote(self.cells[j])}"
+                raise self._error(j, "variable", f"{quote(variable)} does not occur in {where}")
+        return chosen
+
+    def _error(self, j: int, key: str, what: str) -> InputError:
+        return InputError(self.columns.source, self.columns.place(j, key), what)
+
+    def _doubt(self, j: int, names: Collection[str], owned: Collection[str]) -> str:
+        """Return why the variable of a row is ambiguous or missing; empty if it is determined."""
+        cell, name = quote(self.cells[j]), min(names, default="")
+        joint = self.columns.names[j - 1]
+        if len(names) > 1:
+            what = f"{cell} may hold any of {', '.join(sorted(names))} as joint variable (sigma = {self.sigma[j]})"
+            return f"{what}: declare the parameters among them in [parameters], or give the variable of {joint}: {WAYS}"
+        leaders = sorted(self.names[j].intersection(owned))
+        if not names and not leaders:
+            return self._no_variable(j)
+        if not names and j not in self.optional:
+            what = f"{cell} holds variables of other joints only ({', '.join(leaders)})"
+            return f"{what}: add one of its own, or write mu = 0 for a coupled joint"
+        if j in self.optional and len(self.candidates[j]) > 1 and self.holders[name] > 1:
+            what = f"{name!r} in {cell} may be a variable of its own, or a parameter"
+            return f"{what}: give variable = {name!r} in the row of {joint}, or declare {name} in [parameters]: {WAYS}"
+        return ""
+
+    def _no_variable(self, j: int) -> str:
+        sigma = self.sigma[j]
+        what = f"no joint variable in {quote(self.cells[j])}, where sigma = {sigma} expects it"
+        names = self.columns.formula(OTHER[sigma], j).names
+        elsewhere = sorted(name for name in names if self.elsewhere[name] == 1 and not self.holders[name])
+        if elsewhere:
+            what += f"; {elsewhere[0]!r} is in {OTHER[sigma]}, which is for sigma = {1 - sigma}"
+        return what
+
+
+GEOMETRY = tuple(key for column in columns_of(Joint, "joints") for key in column.par)
+
+
+class Names:
+    """All names of the file, in order of first appearance by joint, then by column."""
+
+    def __init__(
+        self, columns: Columns, further: Sequence[Formula], declared: Collection[str], chosen: Mapping[int, str]
+    ) -> None:
+        self.cells = [*_cells(columns), *further]
+        elsewhere = Counter(name for cell in (*_without_variables(columns), *further) for name in cell.names)
+        self.variables = _Cells(columns, declared, elsewhere, chosen).own()
+
+    def parameters(self) -> list[str]:
+        """All names but the joint variables, in order of appearance."""
+        variables = {*self.variables.values()}
+        return [*dict.fromkeys(name for cell in self.cells for name in _in_order(cell) if name not in variables)]
+
+
+def _cells(columns: Columns) -> Iterator[Formula]:
+    for j in range(1, columns.count + 1):
+        for key in (*GEOMETRY, *BODY):
+            yield columns.formula(key, j)
+        if columns.kind(j) == Kind.ELASTIC:
+            yield columns.formula("k", j)
+    for key in VECTORS:
+        yield from columns.base_vector(key)
+
+
+def _without_variables(columns: Columns) -> Iterator[Formula]:
+    """Cells without a joint variable."""
+    for j in range(1, columns.count + 1):
+        selected = SELECTED.get(columns.whole("sigma", j, 0))
+        for key in (*GEOMETRY, *BODY):
+            if key != selected:
+                yield columns.formula(key, j)
+    for key in VECTORS:
+        yield from columns.base_vector(key)
+
+
+def _in_order(cell: Formula) -> list[str]:
+    return sorted(cell.names, key=lambda name: (cell.text.index(name), name))

@@ -11,7 +11,7 @@ from symoro_elastic.machine.machine import Base, Joint, Kind
 
 
 class Place(Enum):
-    """Where a key of a .par file stands, and what it holds."""
+    """The place of a key in a .par file, and its contents."""
 
     NUMBER = "a number: `NJ = 6`"
     GEOMETRIC = "a list with an entry for each frame (NF): geometry"
@@ -24,7 +24,7 @@ class Place(Enum):
 
 @dataclass(frozen=True)
 class ParKey:
-    """One key: what it means, its unit, what it is where it is left out, and an example of its value."""
+    """A key: its meaning, its unit, its default, and an example of its value."""
 
     name: str
     place: Place
@@ -102,5 +102,5 @@ KEYS = (
 
 
 def names(*places: Place) -> tuple[str, ...]:
-    """The keys that stand in some places."""
+    """The keys of some places."""
     return tuple(key.name for key in KEYS if key.place in places)

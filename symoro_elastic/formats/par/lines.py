@@ -1,4 +1,4 @@
-"""Lines `(*! key = value *)` of .par files before version 0.2, as the TOML that stands in their place.
+"""Lines `(*! key = value *)` of .par files before version 0.2, converted to TOML.
 
 Values are texts, lists `{a, b}` and tables `{a = b}` of them.
 """
@@ -32,7 +32,7 @@ Fail = Callable[[str, str], InputError]
 
 def values_of(lines: Iterable[str], source: str) -> dict[str, Any]:
     """The values of lines by their keys; raises `InputError`."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for line in lines:
         match = _LINE.fullmatch(line)
         if not match:
@@ -40,14 +40,14 @@ def values_of(lines: Iterable[str], source: str) -> dict[str, Any]:
         key = match[1]
         if key not in KEYS:
             raise InputError(source, f"(*! {key[:60]} *)", f"no such key{did_you_mean(key, KEYS)}")
-        if key in found:
+        if key in values:
             raise InputError(source, f"(*! {key} *)", "is given twice: keep one")
-        found[key] = _Value(match[2], key, source).parse()
-    return found
+        values[key] = _Value(match[2], key, source).parse()
+    return values
 
 
 def as_toml(lines: Mapping[str, Any], bodies: int, joints: int, source: str) -> dict[str, Any]:
-    """The entries of TOML that values of lines stand for, in a file of so many bodies and joints.
+    """Return the entries of TOML equivalent to values of lines, in a file with these numbers of bodies and joints.
 
     Raises `InputError` for a value of another form.
     """
@@ -59,8 +59,8 @@ def as_toml(lines: Mapping[str, Any], bodies: int, joints: int, source: str) -> 
     names = _texts(lines, "names", fail) if "names" in lines else [f"j{j}" for j in range(1, count + 1)]
     if len(names) != count:
         raise fail("names", f"must be a list of {count} names, one a joint")
-    found = {key: lines[key] for key in ("name", "motion", "wanted", "extras") if key in lines}
-    for keys, entry, made in (
+    entries = {key: lines[key] for key in ("name", "motion", "wanted", "extras") if key in lines}
+    for keys, entry, make in (
         (("notes",), "notes", lambda: _texts(lines, "notes", fail)),
         (("names", "order", "variable"), "joints", lambda: _rows(lines, names, fail)),
         (("parameters", "values", "units"), "parameters", lambda: _parameters(lines, fail)),
@@ -69,13 +69,13 @@ def as_toml(lines: Mapping[str, Any], bodies: int, joints: int, source: str) -> 
         (("scene",), "scene", lambda: _scene(lines, fail)),
     ):
         if not lines.keys().isdisjoint(keys):
-            found[entry] = made()
-    _add_cells(found, lines, names, (bodies, joints, count), fail)
-    return found
+            entries[entry] = make()
+    _add_cells(entries, lines, names, (bodies, joints, count), fail)
+    return entries
 
 
 def _add_cells(
-    found: dict[str, Any], lines: Mapping[str, Any], names: Sequence[str], lengths: Collection[int], fail: Fail
+    entries: dict[str, Any], lines: Mapping[str, Any], names: Sequence[str], lengths: Collection[int], fail: Fail
 ) -> None:
     """Add the cells of joints that are lists, and bodies about their centre of mass."""
     for key, column in CELLS.items():
@@ -84,12 +84,12 @@ def _add_cells(
             raise fail(key, f"must be a list of {len(names)} entries, one a joint")
         for name, cell in zip(names, cells, strict=False):
             if cell != "0":
-                found.setdefault(column.section, {}).setdefault(name, {})[column.key] = cell
+                entries.setdefault(column.section, {}).setdefault(name, {})[column.key] = cell
     bodies = lines.get("central") or {}
     for name, cells in bodies.items() if isinstance(bodies, dict) else [("", bodies)]:
         if not isinstance(cells, list) or len(cells) != 9:
             raise fail("central", f"{name} must be a list of 9: x y z XX XY XZ YY YZ ZZ")
-        found.setdefault("bodies", {})[name] = {"center_of_mass": cells[:3], "inertia": cells[3:]}
+        entries.setdefault("bodies", {})[name] = {"center_of_mass": cells[:3], "inertia": cells[3:]}
 
 
 def _texts(lines: Mapping[str, Any], key: str, fail: Fail) -> list[str]:
@@ -120,29 +120,29 @@ def _rows(lines: Mapping[str, Any], names: Sequence[str], fail: Fail) -> list[di
 def _parameters(lines: Mapping[str, Any], fail: Fail) -> dict[str, Any]:
     values, units = _table(lines, "values", fail), _table(lines, "units", fail)
     names = dict.fromkeys([*_texts(lines, "parameters", fail), *values, *units])
-    given = {name: {"value": values[name]} if name in values else {} for name in names}
-    return {name: {"unit": units.get(name, ""), **entry} for name, entry in given.items()}
+    parameters = {name: {"value": values[name]} if name in values else {} for name in names}
+    return {name: {"unit": units.get(name, ""), **entry} for name, entry in parameters.items()}
 
 
 def _loops(lines: Mapping[str, Any], names: Sequence[str], bodies: int, joints: int, fail: Fail) -> dict[str, Any]:
     count, start = joints - bodies, _table(lines, "start", fail)
     if start and not count:
-        raise fail("start", f"there is no closed loop (NJ = NL = {bodies}): leave it out")
-    said = lines.get("loops", [f"loop_{k}" for k in range(1, count + 1)])
-    if isinstance(said, list) and all(isinstance(name, str) for name in said):
-        said = {name: {} for name in said}
-    if not isinstance(said, dict):
+        raise fail("start", f"the machine has no closed loop (NJ = NL = {bodies}): leave it out")
+    loops = lines.get("loops", [f"loop_{k}" for k in range(1, count + 1)])
+    if isinstance(loops, list) and all(isinstance(name, str) for name in loops):
+        loops = {name: {} for name in loops}
+    if not isinstance(loops, dict):
         raise fail("loops", "must be names, or a table: {left = {closes = point}, right = {}}")
-    if len(said) != count:
-        raise fail("loops", f"names {len(said)} loops, expected {count} of different names (NJ - NL)")
-    found = {}
-    for k, (name, entries) in enumerate(said.items()):
+    if len(loops) != count:
+        raise fail("loops", f"names {len(loops)} loops, expected {count} of different names (NJ - NL)")
+    by_name = {}
+    for k, (name, entries) in enumerate(loops.items()):
         if not isinstance(entries or {}, dict) or not set(entries) <= set(OF_LOOPS):
             raise fail("loops", f"{name} must be a table with any of {', '.join(OF_LOOPS)}: {{closes = point}}")
         ends = {"cut": names[bodies + k], "meets": names[joints + k]}
-        found[name] = {**ends, "start": start, **(entries or {})}
-        found[name]["start"] = found[name]["start"] or {}
-    return found
+        by_name[name] = {**ends, "start": start, **(entries or {})}
+        by_name[name]["start"] = by_name[name]["start"] or {}
+    return by_name
 
 
 def _scene(lines: Mapping[str, Any], fail: Fail) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The machine as a .par file of SYMORO, with lines `(*toml ... *)` for what that format lacks."""
+"""The machine of a .par file of SYMORO, with lines `(*toml ... *)` for what that format lacks."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from symoro_elastic.formats.central import about_origin
+from symoro_elastic.formats.central import about_origin, normal
 from symoro_elastic.formats.files import UTF_8, WESTERN, name_of
 from symoro_elastic.formats.format import Format
-from symoro_elastic.formats.par.columns import Columns
+from symoro_elastic.formats.par.columns import Columns, Names
 from symoro_elastic.formats.par.lines import as_toml, values_of
 from symoro_elastic.formats.par.syntax import LISTS, ParText, take_apart
-from symoro_elastic.formats.par.variables import Names
 from symoro_elastic.formats.par.writing import Declared, kind_flags, layout, list_text, structure
 from symoro_elastic.formats.toml.keys import MACHINE, OF_JOINTS
 from symoro_elastic.formats.toml.reading import body_of, machine_of
@@ -32,9 +31,9 @@ __all__ = ["FORMAT", "read", "write"]
 
 def read(text: str, source: str) -> DescribedMachine:
     """The machine in a .par text; raises `InputError`. Consistency is checked by `checks.check`."""
-    found = ParTable(take_apart(text, source))
-    machine = machine_of(Table(found.entries, source))
-    return replace(machine, origin=replace(machine.origin, of_name=found.origin_of_name))
+    table = ParTable(take_apart(text, source))
+    machine = machine_of(Table(table.entries, source))
+    return replace(machine, origin=replace(machine.origin, of_name=table.origin_of_name))
 
 
 def write(machine: Machine) -> str:
@@ -59,16 +58,16 @@ Entries = dict[str, Any]
 class ParTable:
     """The tables of a .par file, its joints in the order of their rows in TOML."""
 
-    def __init__(self, found: ParText) -> None:
-        self.found, self.source, self.columns = found, found.source, Columns(found)
-        self.lines = values_of(found.lines, found.source)
+    def __init__(self, text: ParText) -> None:
+        self.text, self.source, self.columns = text, text.source, Columns(text)
+        self.lines = values_of(text.lines, text.source)
         self.block = self._block()
         self.order = self._order()
         self.row = {j: i for i, j in enumerate(self.order, start=1)}
-        given = {
+        chosen = {
             j: row.text("variable") for j, row in zip(self.order, self.rows, strict=True) if "variable" in row.entries
         }
-        self.names = Names(self.columns, [*self._formulas()], self.block.table("parameters").entries, given)
+        self.names = Names(self.columns, [*self._formulas()], self.block.table("parameters").entries, chosen)
 
     @property
     def entries(self) -> Entries:
@@ -76,38 +75,38 @@ class ParTable:
         tables: dict[str, Entries] = {name: dict(self.block.table(name).entries) for name in OF_JOINTS}
         for j, name in enumerate(self.columns.names, start=1):
             for section, entry in self._cells(j).items():
-                tables[section][name] = self._joined(entry, section, name, j)
+                tables[section][name] = self._merged_entry(entry, section, name, j)
         own: Entries = {
-            "name": name_of(self.found.robot if self.found.robot.strip() else Path(self.source).stem),
+            "name": name_of(self.text.robot if self.text.robot.strip() else Path(self.source).stem),
             **self.block.entries,
             "joints": [self._row(j) for j in self.order],
             "loops": self._loops(),
             "parameters": self._parameters(),
-            "notes": [*self.found.comments, *self.block.texts("notes")],
+            "notes": [*self.text.comments, *self.block.texts("notes")],
             "base": self._base(),
             "extras": {**self.block.table("extras").entries, **self._extras()},
         }
-        gravity = {"gravity": self.found.lists["G"]} if "G" in self.found.lists else {}
+        gravity = {"gravity": self.text.lists["G"]} if "G" in self.text.lists else {}
         return {**own, **tables, **gravity}
 
     @property
     def origin_of_name(self) -> str:
-        """Where the name comes from; empty where the file gives it as such."""
+        """The source of the name; empty if the file states it."""
         if "name" in self.block.entries:
             return ""
         instead = 'give another by (*toml name = "..." *)'
-        if self.found.robot.strip():
-            return f"it is made of Robotname = {quote(self.found.robot)}, {instead}"
+        if self.text.robot.strip():
+            return f"it is made of Robotname = {quote(self.text.robot)}, {instead}"
         return f"it is made of the name of the file, {instead}"
 
     def _block(self) -> Table:
-        """The entries beside the lists, from lines of TOML and from those of the old form."""
+        """The entries in addition to the lists, from lines of TOML and of the old form."""
         old = as_toml(self.lines, self.columns.counts.bodies, self.columns.counts.joints, self.source)
-        block = Table(self.found.block, self.source).only(MACHINE.names)
+        block = Table(self.text.block, self.source).only(MACHINE.names)
         for key in old:
             if key in block.entries:
-                raise block.fail(key, "stands in lines (*toml ... *) and in lines (*! ... *): move all to the first")
-        if "gravity" in block.entries and "G" in self.found.lists:
+                raise block.fail(key, "is in lines (*toml ... *) and in lines (*! ... *): move all to the first")
+        if "gravity" in block.entries and "G" in self.text.lists:
             raise block.fail("gravity", "is given by the list G too: remove one of the two")
         return Table({**block.entries, **old}, self.source)
 
@@ -128,25 +127,25 @@ class ParTable:
         return [number[i] for i in range(len(names))]
 
     def _ends(self, names: Sequence[str]) -> dict[str, list[str]]:
-        """Names of the cut joints and of the frames that they meet, loop by loop: those given, else the last rows."""
+        """Names of the cut joints and of the frames that they meet, loop by loop: stated ones, else the last rows."""
         loops, counts = self.block.table("loops"), self.columns.counts
         if loops.entries and len(loops.entries) != counts.loops:
             what = f"names {len(loops.entries)} loops, expected {counts.loops} (NJ - NL)"
             raise self.block.fail("loops", what)
-        said = [loops.table(name) for name in loops.entries] or [Table({}, self.source)] * counts.loops
-        found: dict[str, list[str]] = {}
+        tables = [loops.table(name) for name in loops.entries] or [Table({}, self.source)] * counts.loops
+        ends: dict[str, list[str]] = {}
         for key, before in (("cut", counts.bodies), ("meets", counts.joints)):
-            found[key] = [entry.text(key, names[before + k]) for k, entry in enumerate(said)]
-            for entry, name in zip(said, found[key], strict=True):
+            ends[key] = [entry.text(key, names[before + k]) for k, entry in enumerate(tables)]
+            for entry, name in zip(tables, ends[key], strict=True):
                 if name not in names:
                     raise entry.fail(key, f"no joint {quote(name)}{did_you_mean(name, names)}")
-        return found
+        return ends
 
     def _loops(self) -> Entries:
-        said, counts, names = self.block.table("loops"), self.columns.counts, self.columns.names
-        keys = [*said.entries] or [f"loop_{k}" for k in range(1, counts.loops + 1)]
+        loops, counts, names = self.block.table("loops"), self.columns.counts, self.columns.names
+        keys = [*loops.entries] or [f"loop_{k}" for k in range(1, counts.loops + 1)]
         return {
-            name: {**said.table(name).entries, "cut": names[counts.bodies + k], "meets": names[counts.joints + k]}
+            name: {**loops.table(name).entries, "cut": names[counts.bodies + k], "meets": names[counts.joints + k]}
             for k, name in enumerate(keys)
         }
 
@@ -159,86 +158,86 @@ class ParTable:
             kind = Kind.COUPLED
         own = {"antecedent": self.row.get(antecedent, antecedent), "kind": kind.value, "sigma": sigma}
         own |= self._cells(j, "joints").get("joints", {})
-        beside = {key: x for key, x in self.rows[i - 1].entries.items() if key not in ("name", "variable")}
-        row = {"name": columns.names[j - 1], **self._merged(own, beside, columns.place(j, ""))}
+        in_block = {key: x for key, x in self.rows[i - 1].entries.items() if key not in ("name", "variable")}
+        row = {"name": columns.names[j - 1], **self._merge(own, in_block, columns.place(j, ""))}
         return row if variable is None else {**row, "variable": variable}
 
     def _cells(self, j: int, only: str = "") -> dict[str, Entries]:
-        """Cells of a row by section and key, without zeros: those of one section, or of all but the joints."""
-        found: dict[str, Entries] = {}
+        """Cells of a row by section and key, without zeros: those of a section, or of all but the joints."""
+        by_section: dict[str, Entries] = {}
         for column in OF_LISTS:
             texts = self.columns.texts(column.par, j)
             if (column.section == only if only else column.section != "joints") and {*texts} != {"0"}:
-                found.setdefault(column.section, {})[column.key] = texts if column.parts else texts[0]
-        return found
+                by_section.setdefault(column.section, {})[column.key] = texts if column.parts else texts[0]
+        return by_section
 
-    def _joined(self, own: Entries, section: str, name: str, j: int) -> Entries:
-        """The entry of a joint in a section: that of the lists, and beside it that of the block."""
-        beside = self.block.table(section).table(name).entries
-        if section != "bodies" or not beside:
-            return self._merged(own, beside, self.columns.place(j, section))
-        return self._agreeing(own, beside, self.columns.place(j, "bodies"))
+    def _merged_entry(self, own: Entries, section: str, name: str, j: int) -> Entries:
+        """Return the entry of a joint in a section: that of the lists, and that of the block."""
+        in_block = self.block.table(section).table(name).entries
+        if section != "bodies" or not in_block:
+            return self._merge(own, in_block, self.columns.place(j, section))
+        return self._agreeing(own, in_block, self.columns.place(j, "bodies"))
 
-    def _agreeing(self, own: Entries, beside: Mapping[str, Any], place: str) -> Entries:
-        """A body about its centre of mass, which is that of the lists, too."""
-        written = body_of(Table({"mass": own.get("mass", 0), **beside}, self.source, place))
+    def _agreeing(self, own: Entries, in_block: Mapping[str, Any], place: str) -> Entries:
+        """Return a body about its centre of mass, which must equal that of the lists."""
+        written = body_of(Table({"mass": own.get("mass", 0), **in_block}, self.source, place))
         listed_ = body_of(Table(own, self.source, place))
         try:
-            agree = _trees(about_origin(written)) == _trees(listed_)
+            agree = about_origin(written) == normal(listed_)
         except FormulaError as error:
             raise InputError(self.source, place, str(error)) from None
         if not agree:
-            what = "does not agree with the lists XX to M: change both, or remove the one beside them"
+            what = "does not agree with the lists XX to M: change both, or remove the body in TOML"
             raise InputError(self.source, place, what)
-        return {"mass": own.get("mass", "0"), **beside}
+        return {"mass": own.get("mass", "0"), **in_block}
 
-    def _merged(self, own: Entries, beside: Mapping[str, Any], place: str) -> Entries:
-        for key in beside:
+    def _merge(self, own: Entries, in_block: Mapping[str, Any], place: str) -> Entries:
+        for key in in_block:
             if key in own:
-                raise InputError(self.source, f"{place}, {key}", "stands in a list too: remove one of the two")
-        return {**own, **beside}
+                raise InputError(self.source, f"{place}, {key}", "is in a list, too: remove one of the two")
+        return {**own, **in_block}
 
     def _parameters(self) -> Entries:
-        """All parameters, nan where they have no value: as the block has them where it names all, else as cells do."""
-        said = self.block.table("parameters").entries
+        """All parameters, nan without a value: in the order of the block if it names all, else of the cells."""
+        in_block = self.block.table("parameters").entries
         names = self.names.parameters()
-        undeclared = [name for name in names if name not in said]
-        first = self.lines.get("parameters", ()) if self.lines or undeclared else said
-        for name in said:
+        undeclared = [name for name in names if name not in in_block]
+        first = self.lines.get("parameters", ()) if self.lines or undeclared else in_block
+        for name in in_block:
             if undeclared and name not in first and name not in names:
                 raise InputError(
                     self.source, "parameters", f"no name {quote(name)} in the table{did_you_mean(name, names)}"
                 )
-        names = [*dict.fromkeys([*first, *names, *said])]
-        return {name: said.get(name, Number("nan")) for name in names}
+        names = [*dict.fromkeys([*first, *names, *in_block])]
+        return {name: in_block.get(name, Number("nan")) for name in names}
 
     def _base(self) -> Entries:
         """The base: its motion, and its body where it floats."""
         own: Entries = {}
         for column in declared_columns(Base, "base"):
-            if self.found.lists.get(column.par[0], ["0"] * 3) != ["0"] * 3:
-                own[column.key] = self.found.lists[column.par[0]]
-        beside = dict(self.block.table("base").entries)
+            if self.text.lists.get(column.par[0], ["0"] * 3) != ["0"] * 3:
+                own[column.key] = self.text.lists[column.par[0]]
+        in_block = dict(self.block.table("base").entries)
         if self.columns.known_of_base is None:
-            if "floating" in beside:
+            if "floating" in in_block:
                 raise InputError(self.source, "base, floating", "only a floating base has one: add is_floating = 1")
-            return self._merged(own, beside, "base")
+            return self._merge(own, in_block, "base")
         body: Entries = {}
         for column in declared_columns(Body):
             texts = [self.columns.of_base.get(key, "0") for key in column.par]
             if {*texts} != {"0"}:
                 body[column.key] = texts if column.parts else texts[0]
-        floating, known = beside.pop("floating", "rotation"), self.columns.known_of_base.value
-        if beside.pop("known", known) != known:
+        floating, known = in_block.pop("floating", "rotation"), self.columns.known_of_base.value
+        if in_block.pop("known", known) != known:
             raise InputError(self.source, "base, known", "differs from that of is_floating, is_mobile: leave it out")
-        if "body" in beside:
+        if "body" in in_block:
             body = self._agreeing(body, self.block.table("base").table("body").entries, "base, body")
-        beside.pop("body", None)
-        return {**self._merged({**own, "body": body}, beside, "base"), "floating": floating, "known": known}
+        in_block.pop("body", None)
+        return {**self._merge({**own, "body": body}, in_block, "base"), "floating": floating, "known": known}
 
     def _extras(self) -> Entries:
-        """Entries that no model uses: unused lists, and flags that differ from those of the kinds of joints."""
-        lists, numbers, columns = self.found.lists, self.found.numbers, self.columns
+        """Entries that no model uses: unused lists, and flags that contradict the kinds of joints."""
+        lists, numbers, columns = self.text.lists, self.text.numbers, self.columns
         extras: Entries = {key: list_text(lists[key]) for key in ("QP", "QDP", "GAM", "Z") if key in lists}
         rows = range(1, columns.count + 1)
         kinds = [columns.kind(j) for j in rows]
@@ -257,23 +256,24 @@ class ParTable:
         return extras
 
     def _formulas(self) -> Iterator[Formula]:
-        """Formulas of the base and of the block, by whose names parameters are found."""
-        yield from _parsed(self.columns.of_base.get(cell.par, "0") for cell, _ in cells(Body()))
+        """Formulas of the base and of the block, whose names are parameters."""
+        yield from _formulas_in(self.columns.of_base.get(cell.par, "0") for cell, _ in cells(Body()))
         tables = {name: self.block.table(name).entries for name in OF_JOINTS}
         for sections in ([name for name in OF_JOINTS if name != "bodies"], ["bodies"]):
             for joint in self.columns.names:
-                yield from _parsed(tables[name].get(joint, ()) for name in sections)
-        yield from _parsed([self.block.table("base").entries.get("body", ())])
+                yield from _formulas_in(tables[name].get(joint, ()) for name in sections)
+        yield from _formulas_in([self.block.table("base").entries.get("body", ())])
         scene = self.block.table("scene").entries
-        yield from _parsed([scene.get("locked", ()), scene["static"] if isinstance(scene.get("static"), dict) else ()])
+        static = scene.get("static")
+        yield from _formulas_in([scene.get("locked", ()), static if isinstance(static, dict) else ()])
         yield from (x for point in _points(scene.get("outputs", ())) for x in point)
 
 
-def _parsed(values: Iterable[Any]) -> Iterator[Formula]:
-    """The formulas among values of tables; what is not a formula is rejected where it is read."""
+def _formulas_in(values: Iterable[Any]) -> Iterator[Formula]:
+    """Yield the formulas among values of tables; invalid ones are rejected where they are read."""
     for value in values:
         if isinstance(value, dict | list):
-            yield from _parsed(value.values() if isinstance(value, dict) else value)
+            yield from _formulas_in(value.values() if isinstance(value, dict) else value)
         elif isinstance(value, str) and not isinstance(value, Number):
             try:
                 yield Formula.parse(" ".join(value.split()))
@@ -289,10 +289,6 @@ def _points(outputs: Any) -> Iterator[tuple[Formula, ...]]:
                 yield RequestedPart.parse(str(text)).at or ()
             except FormulaError:
                 continue
-
-
-def _trees(body: Body) -> list[Any]:
-    return [formula.tree for formula in (body.mass, *body.moments, *body.inertia)]
 
 
 FORMAT = Format(SYMORO, read, write, (UTF_8, WESTERN))

@@ -61,27 +61,27 @@ class ParText:
 
 def take_apart(text: str, source: str) -> ParText:
     """The entries of a .par text; raises `InputError` naming key or line."""
-    found = ParText(source)
-    text = _without_comments(text.replace("\r\n", "\n").replace("\r", "\n"), found)
+    par = ParText(source)
+    text = _without_comments(text.replace("\r\n", "\n").replace("\r", "\n"), par)
     position = 0
     while text[position:].strip():
         match = _STATEMENT.match(text, position)
         if not match:
             raise _no_statement(text, position, source)
-        _store(found, *match.groups())
+        _store(par, *match.groups())
         position = match.end()
-    return found
+    return par
 
 
-def _without_comments(text: str, found: ParText) -> str:
+def _without_comments(text: str, par: ParText) -> str:
     """The text with blanks for its comments, which are kept; TOML keeps its line numbers."""
-    rest, block, position = [], list[str](), 0
+    pieces, block, position = [], list[str](), 0
     line = written = 0
     while (start := text.find("(*", position)) >= 0:
         end = text.find("*)", start + 2)
         if end < 0:
             what = "a comment is opened here and never closed: add *)"
-            raise InputError(found.source, _line(text, start), what)
+            raise InputError(par.source, _line(text, start), what)
         comment = text[start + 2 : end]
         line += text.count("\n", position, start)
         if re.match(rf"{MARK}(\s|$)", comment):
@@ -90,23 +90,23 @@ def _without_comments(text: str, found: ParText) -> str:
             )
             written += block[-1].count("\n")
         else:
-            _keep(found, comment)
+            _keep(par, comment)
         inside = comment.count("\n")
         line += inside
-        rest.append(text[position:start] + " " + "\n" * inside)
+        pieces.append(text[position:start] + " " + "\n" * inside)
         position = end + 2
     if block:
-        found.block = load("".join(block), found.source).entries
-    return "".join(rest) + text[position:]
+        par.block = load("".join(block), par.source).entries
+    return "".join(pieces) + text[position:]
 
 
-def _keep(found: ParText, comment: str) -> None:
+def _keep(par: ParText, comment: str) -> None:
     if comment.startswith("!"):
-        found.lines.append(comment[1:])
+        par.lines.append(comment[1:])
     elif named := ROBOT.fullmatch(comment):
-        found.robot = named[2]
+        par.robot = named[2]
     elif comment.strip() and comment.strip() not in HEADINGS:
-        found.comments.append(comment.strip())
+        par.comments.append(comment.strip())
 
 
 def _line(text: str, position: int) -> str:
@@ -123,20 +123,20 @@ def _no_statement(text: str, position: int, source: str) -> InputError:
     return InputError(source, _line(text, start), what)
 
 
-def _store(found: ParText, key: str, listed: str | None, single: str | None) -> None:
+def _store(par: ParText, key: str, listed: str | None, single: str | None) -> None:
     exact = key if key in LISTS or key in NUMBERS else ALIASES.get(key, key)
     if exact not in LISTS and exact not in NUMBERS:
-        raise InputError(found.source, key[:60], f"no such key in a .par file{did_you_mean(key, (*LISTS, *NUMBERS))}")
-    if exact in found.lists or exact in found.numbers:
-        raise InputError(found.source, exact, "is given twice: keep one")
+        raise InputError(par.source, key[:60], f"no such key in a .par file{did_you_mean(key, (*LISTS, *NUMBERS))}")
+    if exact in par.lists or exact in par.numbers:
+        raise InputError(par.source, exact, "is given twice: keep one")
     if exact in NUMBERS:
         if listed is not None or not (single or "").strip():
-            raise InputError(found.source, exact, f"must be one number: {exact} = 1")
-        found.numbers[exact] = (single or "").strip()
+            raise InputError(par.source, exact, f"must be one number: {exact} = 1")
+        par.numbers[exact] = (single or "").strip()
         return
     if listed is None:
-        raise InputError(found.source, exact, f"must be a list in braces: {exact} = {{v1, v2, ...}}")
-    found.lists[exact] = entries(listed, exact, found.source)
+        raise InputError(par.source, exact, f"must be a list in braces: {exact} = {{v1, v2, ...}}")
+    par.lists[exact] = entries(listed, exact, par.source)
 
 
 def entries(listed: str, key: str, source: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The .par text of a machine: its lists, and lines of TOML for what these cannot hold."""
+"""The .par text of a machine: its lists, and lines of TOML for entries that these cannot hold."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from enum import Enum
+from functools import partial
 from itertools import zip_longest
 
 from symoro_elastic.formats.central import about_origin
@@ -23,7 +24,7 @@ from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, Kn
 
 
 class Declared(Enum):
-    """Names that are declared beside the cells in which they stand."""
+    """Names that are declared in addition to their cells."""
 
     NOTHING = 0
     PARAMETERS = 1
@@ -31,7 +32,7 @@ class Declared(Enum):
 
 
 def layout(machine: DescribedMachine, declared: Declared) -> str:
-    """The text, with these names declared; raises `InputError` for what .par cannot represent."""
+    """Return the text with these names declared; raises `InputError` for entries that .par cannot represent."""
     table, machine = machine, with_rows_in_order(machine, order_of(machine)) if machine.loops else machine
     notes = _plain_notes(machine.origin.notes)
     blocks = [
@@ -49,59 +50,63 @@ def layout(machine: DescribedMachine, declared: Declared) -> str:
 
 
 def _beside(table: DescribedMachine, machine: DescribedMachine, notes: int, declared: Declared) -> Iterator[str]:
-    """Lines of TOML for what the lists of a machine cannot hold; `table` has its rows in their own order.
+    """Lines of TOML for entries that lists cannot hold; `table` has its rows in their own order.
 
     The first `notes` stand elsewhere.
     """
     parameters = [p for p in table.parameters if p.value or p.unit or declared is not Declared.NOTHING]
     own = {*written_extras(machine), *(["Type"] if _type(machine) != structure_of(machine) else [])}
     extras = {key: text for key, text in machine.origin.extras.items() if key not in own}
-    rest = replace(
+    remainder = replace(
         table,
-        joints=tuple(replace(with_cells(joint, _unlisted), body=_central(joint.body)) for joint in table.joints),
+        joints=tuple(
+            replace(with_cells(joint, partial(_without_listed_cell, joint.kind)), body=_central(joint.body))
+            for joint in table.joints
+        ),
         parameters=tuple(parameters),
         base=Base(),
-        floating=_unlisted_base(table.floating),
+        floating=_without_listed_base(table.floating),
         loops=() if _is_usual(table, machine) else table.loops,
         origin=replace(table.origin, notes=table.origin.notes[notes:], extras=extras),
     )
     rows = _rows(table, declared is Declared.VARIABLES)
     usual = rows == [[("name", f'"j{j}"')] for j in range(1, len(rows) + 1)]
-    yield from lines_of(rest, name="" if _is_robot(machine.name) else machine.name, rows=[] if usual else rows)
+    yield from lines_of(remainder, name="" if _is_robot(machine.name) else machine.name, rows=[] if usual else rows)
 
 
-def _unlisted(cell: Cell, formula: Formula) -> Formula:
-    """Zero for the cells that are lists of the format."""
-    return ZERO if cell.par in LISTS else formula
+def _without_listed_cell(kind: Kind, cell: Cell, formula: Formula) -> Formula:
+    """Return zero for cells that are lists of the format; k is the list of elastic joints only."""
+    is_listed = cell.par in LISTS and (cell.par != "k" or kind is Kind.ELASTIC)
+    return ZERO if is_listed else formula
 
 
 def _central(body: Body) -> Body:
-    """A body about its centre of mass, which lists cannot hold; none in place of others."""
+    """Return a body about its centre of mass, which lists cannot hold; empty for others."""
     return body if body.central else Body()
 
 
-def _unlisted_base(floating: Floating | None) -> Floating | None:
+def _without_listed_base(floating: Floating | None) -> Floating | None:
     if floating is None or (floating.orientation is Orientation.ROTATION and not floating.body.central):
         return None
     return replace(floating, body=_central(floating.body))
 
 
 def _is_usual(table: DescribedMachine, machine: DescribedMachine) -> bool:
-    """Whether the rows say all of the loops."""
+    """Return whether the rows determine the loops."""
     plain = (Loop(f"loop_{k}", loop.cut, loop.meets) for k, loop in enumerate(machine.loops, start=1))
-    names = [[joint.name for joint in each.joints] for each in (table, machine)]
+    names = [[joint.name for joint in described.joints] for described in (table, machine)]
     return machine.loops == tuple(plain) and names[0] == names[1]
 
 
 def _rows(machine: DescribedMachine, variables: bool) -> list[list[tuple[str, str]]]:
-    """Names of joints, with the variables that cells leave in doubt."""
-    doubts = _shared(machine) if variables else {}
+    """Names of joints, with variables that are ambiguous in their cells."""
+    doubts = _ambiguous_variables(machine) if variables else {}
     own = [[("variable", text_of(doubts[joint.name]))] if joint.name in doubts else [] for joint in machine.joints]
     return [[("name", text_of(joint.name)), *entry] for joint, entry in zip(machine.joints, own, strict=True)]
 
 
-def _shared(machine: DescribedMachine) -> dict[str, str]:
-    """Variables of joints in whose cells those of others stand, or that stand in the cells of others."""
+def _ambiguous_variables(machine: DescribedMachine) -> dict[str, str]:
+    """Variables of joints whose cells hold other variables, or that occur in other cells."""
     parameters = {parameter.name for parameter in machine.parameters}
     holders = Counter(name for joint in machine.joints for name in joint.selected.names - parameters)
     owners = [joint for joint in machine.joints if joint.variable]
@@ -110,7 +115,7 @@ def _shared(machine: DescribedMachine) -> dict[str, str]:
 
 
 def _in_comment(line: str) -> str:
-    """A line of TOML as a comment of its own, without marks of comments in it."""
+    """Return a line of TOML as a comment, without comment marks inside."""
     line = line.replace("(*", "(\\u002a").replace("*)", "\\u002a)")
     escaped = (x if x.isprintable() else f"\\u{ord(x):04x}" if ord(x) < 0x10000 else f"\\U{ord(x):08x}" for x in line)
     return f"(*{MARK} {''.join(escaped)} *)"
@@ -169,12 +174,12 @@ def written_extras(machine: DescribedMachine) -> dict[str, list[str]]:
     """The extras that can be written as lists of the .par format."""
     bodies, loops = len(machine.joints) - 2 * len(machine.loops), len(machine.loops)
     rows = (bodies, bodies + loops, bodies + 2 * loops)
-    found = {}
+    extras = {}
     for key in ("QP", "QDP", "GAM", "Z", "k", "mu"):
         cells = _as_list(machine.origin.extras.get(key, ""), (16,) if key == "Z" else rows)
         if cells and _fits(key, cells, machine.joints):
-            found[key] = cells
-    return found
+            extras[key] = cells
+    return extras
 
 
 def _as_list(text: str, lengths: Collection[int]) -> list[str]:
@@ -203,7 +208,7 @@ def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
 
 
 def _is_robot(name: str) -> bool:
-    """Whether Robotname, as SYMORO writes it, gives the name back."""
+    """Return whether Robotname, as SYMORO writes it, determines the name."""
     return name_of(name) == name
 
 
@@ -221,19 +226,19 @@ def _numbers(machine: DescribedMachine) -> list[str]:
 
 
 def _type(machine: DescribedMachine) -> str:
-    """Type as the file had it, else as the table is."""
-    kept = machine.origin.extras.get("Type", "")
-    return kept if kept in ("0", "1", "2") else structure_of(machine)
+    """Return Type as in the file, else from the structure of the table."""
+    of_file = machine.origin.extras.get("Type", "")
+    return of_file if of_file in ("0", "1", "2") else structure_of(machine)
 
 
 def _geometry(machine: DescribedMachine) -> list[str]:
     rows = [_geometric_cells(joint) for joint in machine.joints]
     mu = written_extras(machine).get("mu")
-    return _aligned({**{key: [row[key] for row in rows] for key in GEOMETRIC}, **({"mu": mu} if mu else {})})
+    return _aligned_lists({**{key: [row[key] for row in rows] for key in GEOMETRIC}, **({"mu": mu} if mu else {})})
 
 
 def _geometric_cells(joint: Joint) -> dict[str, str]:
-    """Geometric columns of one row; the joint variable stands in the cell that sigma selects."""
+    """Geometric columns of a row; the joint variable is in the cell that sigma selects."""
     texts = {cell.par: formula.text for cell, formula in cells(joint)}
     if joint.variable is not None:
         column = SELECTED[joint.sigma]
@@ -249,7 +254,7 @@ def _bodies(machine: DescribedMachine) -> list[str]:
     if machine.floating:
         base = Joint("base", 0, Kind.FIXED, 2, body=machine.floating.body)
         rows.insert(0, _body_cells(base, "base", machine))
-    return _aligned({key: [row[key].text for row in rows] for key in BODY})
+    return _aligned_lists({key: [row[key].text for row in rows] for key in BODY})
 
 
 def _body_cells(joint: Joint, place: str, machine: DescribedMachine) -> dict[str, Formula]:
@@ -277,7 +282,7 @@ def _joint_lists(machine: DescribedMachine) -> list[str]:
         ],
         **{key: extras[key] for key in JOINT[2:] if key in extras},
     }
-    return _aligned(rows)
+    return _aligned_lists(rows)
 
 
 def _base(machine: DescribedMachine) -> list[str]:
@@ -292,7 +297,7 @@ def _base(machine: DescribedMachine) -> list[str]:
     return [*lines, f"Z = {list_text(frame)}"] if frame else lines
 
 
-def _aligned(rows: dict[str, list[str]]) -> list[str]:
+def _aligned_lists(rows: dict[str, list[str]]) -> list[str]:
     """Lines of lists with entries aligned in columns."""
     name = max(map(len, rows))
     widths = [max(map(len, column)) for column in zip_longest(*rows.values(), fillvalue="")]

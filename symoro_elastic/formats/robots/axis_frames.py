@@ -1,4 +1,4 @@
-"""Frames on the axes of joints, chosen so that few parameters of the table are not zero.
+"""Frames on the axes of joints, chosen for as many zero parameters of the table as possible.
 
 z is along the axis, and x along the common normal to the axis of the joint that follows [Khalil and Kleinfinger]. All
 are placements in the frame of the joint, or in that of the joint whose parameters are asked for.
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symoro_elastic.formats.polynomials import direction_and_length
 from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.foundation.array_types import Array
 
@@ -41,26 +42,28 @@ class Axis:
         """The point of this axis that is nearest to another one: where they are nearly parallel, to its point."""
         between = other.point - self.point
         if self.is_nearly_parallel(other):
-            return self.point + (between @ self.direction) * self.direction
+            return self.point + self.direction * (between @ self.direction)
         normal = np.cross(self.direction, other.direction)
         along = np.cross(between, other.direction) @ normal / (normal @ normal)
-        return self.point + along * self.direction
+        return self.point + self.direction * along
 
     def normal(self, other: Axis) -> Array | None:
-        """The direction of the common normal to another axis; None where both are nearly on one line."""
+        """The direction of the common normal to another axis; None where both are nearly one line, or names decide."""
         if self.is_nearly_parallel(other):
             between = other.point - self.point
-            across = between - (between @ self.direction) * self.direction
-            return _unit(across) if np.linalg.norm(across) > SAME_LINE else None
+            across = between - self.direction * (between @ self.direction)
+            along = direction_and_length(across)
+            return _unit(along[0]) if along and np.linalg.norm(along[0]) > SAME_LINE else None
         return _unit(np.cross(self.direction, other.direction))
 
 
-def frame_on(axis: Axis, before: Placement, after: Axis | None) -> Placement:
+def frame_on(axis: Axis, before: Placement, after: Axis | None, keep_x: bool = False) -> Placement:
     """The frame of a joint with this axis: `before` is that of its antecedent, `after` the axis that follows.
 
     Its x goes to the axis that follows, its origin is the foot of their common normal. At the end of a branch, and
     where both axes are one line, x and origin make theta and r zero. Of the two senses of x the one nearer to that
-    of the antecedent is taken, but for parallel axes, where it goes from the one to the other.
+    of the antecedent is taken, but for parallel axes, where it goes from the one to the other. With `keep_x` x makes
+    theta zero also where the axis that follows needs it a quarter turn away, which gamma of that joint is then.
     """
     previous = Axis.z_of(before)
     x = axis.normal(after) if after else None
@@ -70,6 +73,9 @@ def frame_on(axis: Axis, before: Placement, after: Axis | None) -> Placement:
         origin = axis.foot(previous)
     else:
         origin, x = axis.foot(after), _nearer(x, before)
+    without_theta = _x_without_theta(axis, before)
+    if keep_x and abs(x @ without_theta) < UNDECIDED:
+        x = _nearer(without_theta, before)
     return Placement(_axes(axis.direction, x), origin)
 
 
@@ -80,7 +86,7 @@ def _x_without_theta(axis: Axis, before: Placement) -> Array:
 
 
 def _nearer(x: Array, before: Placement) -> Array:
-    """x or -x, whichever is nearer to x of the antecedent; to its y, then its z, where it is normal to that."""
+    """Return x or -x, whichever is nearer to x of the antecedent; if normal to that, to its y, then its z."""
     sense = next((along for along in x @ before.rotation if abs(along) > UNDECIDED), 1.0)
     return -x if sense < 0 else x
 
@@ -92,5 +98,4 @@ def _axes(z: Array, x: Array) -> Array:
 
 
 def _unit(vector: Array) -> Array:
-    length: Array = vector / np.linalg.norm(vector)
-    return length
+    return np.asarray(vector / np.linalg.norm(vector))

@@ -1,19 +1,27 @@
-"""Robots with changes on the way to their table."""
+"""Robots that are changed before their table is made."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-from symoro_elastic.formats.format import Conversion, SpringOnJoint
+from symoro_elastic.formats.files import UTF_8, WESTERN
+from symoro_elastic.formats.format import Conversion, Format, SpringOnJoint
 from symoro_elastic.formats.robots.modified_dh import Deviation, table_of
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine import format_names
 from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import FormatName
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
-MOST_SNAP = 1e-3
+if TYPE_CHECKING:
+    from symoro_elastic.formats.robots.robot import Description
 
 
 def machine_with_changes(description: Description, source: str, conversion: Conversion) -> DescribedMachine:
@@ -22,9 +30,6 @@ def machine_with_changes(description: Description, source: str, conversion: Conv
     Where angles and lengths are snapped, a remark says how far frames are from those of the robot, and how far those of
     the exact table are.
     """
-    if conversion.snap is not None and not 0 < conversion.snap <= MOST_SNAP:
-        what = f"{conversion.snap:g} is not a tolerance, rad and m: give more than 0, at most {MOST_SNAP:g}"
-        raise InputError("symoro-elastic", "--snap", what)
     robot = with_springs(description, conversion.springs, source)
     exact = table_of(robot, source)
     if conversion.snap is None:
@@ -32,12 +37,12 @@ def machine_with_changes(description: Description, source: str, conversion: Conv
     snapped = table_of(robot, source, conversion.snap)
     remark = (
         f"angles and lengths are snapped within {conversion.snap:g}: frames at position 0 are up to "
-        f"{_shown(snapped.deviation)} off; those of the exact table {_shown(exact.deviation)}"
+        f"{_deviation_text(snapped.deviation)} off; those of the exact table {_deviation_text(exact.deviation)}"
     )
     return snapped.machine.with_remarks(remark)
 
 
-def _shown(deviation: Deviation) -> str:
+def _deviation_text(deviation: Deviation) -> str:
     return f"{deviation.rotation:.1e} rad and {deviation.translation:.1e} m"
 
 
@@ -45,7 +50,7 @@ SPRING, ROTOR = "_spring", "_rotor"
 
 
 def with_springs(description: Description, springs: Mapping[str, SpringOnJoint], source: str) -> Description:
-    """The robot with a spring behind the motor of each of these joints; raises `InputError`.
+    """The robot with a spring behind the motors of some joints; raises `InputError`.
 
     The motor keeps the name of the joint, its friction and its rotor; the spring is that name with `_spring` and
     carries the link. Both turn about, or move along, the axis of the joint.
@@ -76,7 +81,7 @@ def _split(joint: LinkJoint, spring: SpringOnJoint | None) -> Iterator[LinkJoint
 
 
 def _refuse(description: Description, name: str, spring: SpringOnJoint, source: str) -> None:
-    """Raise `InputError` for a joint that cannot be split."""
+    """Raise `InputError` for a joint that a spring cannot split."""
     joints = {joint.name: joint for joint in description.joints if joint.type is not JointType.FIXED}
     joint = joints.get(name)
     if joint is None:
@@ -94,7 +99,36 @@ def _refuse(description: Description, name: str, spring: SpringOnJoint, source: 
     if not joint.rotor_inertia and not spring.rotor_inertia:
         what = f"its motor would have no inertia: give --elastic {name}=K:IA, IA in kg m2, or kg where it slides"
         raise InputError(source, place, what)
-    taken = {link.name for link in description.links} | {other.name for other in description.joints}
+    used = {link.name for link in description.links} | {other.name for other in description.joints}
     for new in (name + SPRING, name + ROTOR):
-        if new in taken:
+        if new in used:
             raise InputError(source, place, f"the name {quote(new)}, which its spring gets, is taken")
+
+
+def _describe(module: str, text: str, source: str) -> Description:
+    """The robot in a text, read by the function `describe` of a module of this folder."""
+    describe: Callable[[str, str], Description] = import_module(f"{__package__}.{module}").describe
+    return describe(text, source)
+
+
+def _read(module: str, text: str, source: str) -> DescribedMachine:
+    """The machine with the exact table of the robot in a text."""
+    from symoro_elastic.formats.robots.modified_dh import machine_of
+
+    return machine_of(_describe(module, text, source), source)
+
+
+def _write(module: str, machine: Machine) -> str:
+    """The text of a machine, written by the function `write` of a module of this folder."""
+    write: Callable[[Machine], str] = import_module(f"{__package__}.{module}").write
+    return write(machine)
+
+
+def _format(named: FormatName, module: str, write: Callable[[Machine], str] | None = None) -> Format:
+    describe, read = partial(_describe, module), partial(_read, module)
+    return Format(named, read, write, (UTF_8, WESTERN), describe)
+
+
+URDF = _format(format_names.URDF, "urdf", partial(_write, "urdf_writing"))
+MJCF = _format(format_names.MJCF, "mjcf", partial(_write, "mjcf_writing"))
+DISTAL = _format(format_names.DISTAL, "standard_dh")

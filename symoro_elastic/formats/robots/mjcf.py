@@ -6,8 +6,9 @@ them; the frame of a link has the axes of its body, and its origin on the axis o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,10 +18,9 @@ from numpy.polynomial import Polynomial
 from symoro_elastic.formats.files import name_of
 from symoro_elastic.formats.robots.axis_frames import Axis, frame_on
 from symoro_elastic.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom
-from symoro_elastic.formats.robots.mjcf_forces import Forces
 from symoro_elastic.formats.robots.mjcf_model import Compiled, mujoco_model
-from symoro_elastic.formats.robots.mjcf_shapes import shapes_by_link
 from symoro_elastic.formats.robots.robot import (
+    LARGEST,
     Connection,
     Description,
     Holding,
@@ -28,12 +28,19 @@ from symoro_elastic.formats.robots.robot import (
     Link,
     LinkJoint,
     Mimicked,
+    PlacedFrame,
     Placement,
 )
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import BodyShape
+from symoro_elastic.machine.limits import JointLimits, range_of
 from symoro_elastic.machine.names import distinct, list_of_names, quote
+from symoro_elastic.quantities.frames import JOINT, LINK, SITE
 
-CONNECT, WELD, JOINT = "mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT"
+CONNECT, WELD, FOLLOWING = "mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT"
+SHOWN_GROUPS = (0, 1, 2)
+"""Those that the viewer shows at first: shapes of contacts are in others where they are not to be seen."""
+ON_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
 
 
 def describe(text: str, source: str) -> Description:
@@ -50,17 +57,35 @@ class _Robot:
     @cached_property
     def description(self) -> Description:
         """The robot."""
-        parts = [part for b in self.bodies.taken for part in self._chain(b)]
+        parts = [part for b in self.bodies.modelled for part in self._chain(b)]
         model, gravity = self.bodies.model, not self.forces.off("GRAVITY")
         x, y, z = (float(g) * gravity for g in model.opt.gravity)
         return Description(
             name=name_of(self.compiled.name) if self.compiled.name else name_of_file(self.compiled.source),
             links=(Link(WORLD, shapes=self.shapes.get(WORLD, ())), *(link for link, _ in parts)),
             joints=tuple(joint for _, joint in parts),
-            connections=tuple(self._assembled(one) for one in self.equalities.connections),
+            connections=tuple(self._at_assembly(connection) for connection in self.equalities.connections),
             gravity=(x, y, z),
-            remarks=remarks_of(self.bodies, self.forces, self.equalities),
+            remarks=tuple(_remarks(self.bodies, self.forces, self.equalities)),
+            frames=tuple(self._frames()),
         )
+
+    def _frames(self) -> Iterator[PlacedFrame]:
+        """The frames of bodies, of joints (on their anchors), and of sites."""
+        model = self.bodies.model
+        for b in self.bodies.modelled:
+            yield PlacedFrame(self.bodies.names[b], LINK, self.bodies.names[b], self.bodies.on_link(b))
+            after = {freedom.number: self._link_after(b, freedom) for freedom in self.bodies.freedoms(b)}
+            yield from (PlacedFrame(self.bodies.joint_names[j], JOINT, link) for j, link in after.items())
+        for b in range(1, model.nbody):
+            on = None if b in self.bodies.modelled else self.bodies.place(b)
+            if on and model.body(b).name:
+                yield PlacedFrame(model.body(b).name, LINK, *on)
+        for s in range(model.nsite):
+            on = self.bodies.place(int(model.site_bodyid[s]))
+            if on and model.site(s).name:
+                at = Placement(self.bodies.rotation(model.site_quat[s]), model.site_pos[s].copy())
+                yield PlacedFrame(model.site(s).name, SITE, on[0], on[1] * at)
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -69,18 +94,18 @@ class _Robot:
 
     @cached_property
     def forces(self) -> Forces:
-        """What acts on its joints."""
-        return Forces(self.bodies)
+        """Forces on the joints."""
+        return replace(self.equalities.forces, tendons=self.equalities.tendons)
 
     @cached_property
     def shapes(self) -> dict[str, tuple[BodyShape, ...]]:
-        """What its links look like."""
+        """Shapes of the links."""
         return shapes_by_link(self.bodies)
 
     @cached_property
     def equalities(self) -> Equalities:
-        """What else it holds together."""
-        return Equalities(self.bodies, self.forces)
+        """Equality constraints of the model."""
+        return Equalities(self.bodies, Forces(self.bodies))
 
     def _chain(self, b: int) -> Iterator[tuple[Link, LinkJoint]]:
         """The links of a body, the last one with its mass, each with the joint that carries it."""
@@ -95,13 +120,9 @@ class _Robot:
         before = np.zeros(3)
         for freedom in freedoms:
             at = at * Placement(translation=freedom.anchor - before)
-            is_last = freedom is freedoms[-1]
-            link = (
-                self._link(b)
-                if is_last
-                else Link(distinct(f"{freedom.name}_link", self.bodies.names), frame_only=False)
-            )
-            yield link, self._joint(freedom, parent, link.name, at)
+            name = self._link_after(b, freedom)
+            link = self._link(b) if name == self.bodies.names[b] else Link(name, frame_only=False)
+            yield link, self._joint(freedom, parent, name, at)
             parent, at, before = link.name, Placement(), freedom.anchor
 
     def _link(self, b: int) -> Link:
@@ -116,15 +137,16 @@ class _Robot:
         inertia = principal * model.body_inertia[b] @ principal.T
         return Link(name, float(model.body_mass[b]), center, inertia, frame_only=False, shapes=shapes)
 
-    def _between(self, freedom: Freedom) -> Link:
-        """The link without mass that a joint carries where its body has further ones."""
-        return Link(distinct(f"{freedom.name}_link", self.bodies.names), frame_only=False)
+    def _link_after(self, b: int, freedom: Freedom) -> str:
+        """The link that a freedom of a body carries: the body, or one without mass where it has further ones."""
+        is_last = freedom.name == self.bodies.freedoms(b)[-1].name
+        return self.bodies.names[b] if is_last else distinct(f"{freedom.name}_link", self.bodies.names)
 
     def _joint(self, freedom: Freedom, parent: str, child: str, at: Placement) -> LinkJoint:
         """A joint, at position 0 where the reference position puts the body as the file does."""
         forces = self.forces.on(freedom)
         if freedom.type is JointType.FLOATING:
-            return LinkJoint(freedom.name, freedom.type, parent, child, at)
+            return LinkJoint(freedom.name, freedom.type, parent, child, at, damping=forces["damping"])
         at = at * self._displacement(freedom, -freedom.reference)
         limits = self.forces.limits(freedom)
         joint = LinkJoint(freedom.name, freedom.type, parent, child, at, freedom.axis, **forces, limits=limits)
@@ -140,33 +162,29 @@ class _Robot:
             return Placement(translation=position * freedom.axis)
         return Placement(self.bodies.about(freedom.axis, position))
 
-    def _assembled(self, connection: Connection) -> Connection:
-        """The connection with the positions at which the file assembles it."""
-        positions = {f.name: f.reference for b in self.bodies.taken for f in self.bodies.freedoms(b)}
+    def _at_assembly(self, connection: Connection) -> Connection:
+        """Return the connection with the positions at which the file assembles it."""
+        positions = {f.name: f.reference for b in self.bodies.modelled for f in self.bodies.freedoms(b)}
         return replace(connection, start=positions)
 
 
 def name_of_file(source: str) -> str:
-    """The name of a machine that its file does not give."""
+    """Name of a machine without a name in its file."""
     return name_of(source.replace("\\", "/").rpartition("/")[2].rpartition(".")[0])
 
 
 OF_TENDONS = ("stiffness", "damping", "frictionloss", "armature", "limited")
 
 
-def remarks_of(bodies: Bodies, forces: Forces, equalities: Equalities) -> tuple[str, ...]:
-    """Return what is not taken of a file, and what is taken otherwise than it stands there."""
-    return tuple(_remarks(bodies, forces, equalities))
-
-
 def _remarks(bodies: Bodies, forces: Forces, equalities: Equalities) -> Iterator[str]:
+    """Yield remarks on what is omitted from a file, and on what is interpreted differently."""
     model = bodies.model
     if bodies.objects:
-        yield f"free bodies beside the robot are ignored: {list_of_names(bodies.names[b] for b in bodies.objects)}"
+        yield f"free bodies besides the robot are ignored: {list_of_names(bodies.names[b] for b in bodies.objects)}"
     balls = [
         bodies.joint_names[j]
         for j in range(model.njnt)
-        if bodies.type_of(j) is None and model.jnt_bodyid[j] in bodies.taken
+        if bodies.type_of(j) is None and model.jnt_bodyid[j] in bodies.modelled
     ]
     if balls:
         what = "ball joints are turns about x, y and z, singular where the second is at a right angle"
@@ -175,8 +193,9 @@ def _remarks(bodies: Bodies, forces: Forces, equalities: Equalities) -> Iterator
         yield "the file has no actuators: joints without springs are taken as driven"
     elif any(map(forces.is_more_than_torque, range(model.nu))):
         yield "torques act on the joints: gears and control laws of actuators are ignored"
-    if forces.elsewhere:
-        names = (model.actuator(a).name or f"actuator {a + 1}" for a in forces.elsewhere)
+    driving = {a for gears in forces.tendons.values() for a, _ in gears}
+    if elsewhere := [a for a in forces.elsewhere if a not in driving]:
+        names = (model.actuator(a).name or f"actuator {a + 1}" for a in elsewhere)
         yield f"actuators that act on no joint are ignored: {list_of_names(names)}"
     driven = [bodies.joint_names[j] for j in equalities.followers if j in forces.actuators]
     if driven:
@@ -189,7 +208,7 @@ def _remarks(bodies: Bodies, forces: Forces, equalities: Equalities) -> Iterator
 
 
 def _without_model(bodies: Bodies, forces: Forces) -> Iterator[str]:
-    """Forces that are not modelled."""
+    """Forces in the file that are not modelled."""
     model = bodies.model
     if bodies.compiled.has_contacts and not forces.off("CONTACT"):
         yield "contacts"
@@ -214,35 +233,57 @@ class Equalities:
 
     @cached_property
     def followers(self) -> dict[int, Mimicked | float]:
-        """By the number of a joint: the joint that it follows, or the position, rad or m, at which it is held."""
-        found: dict[int, Mimicked | float] = {}
-        for e in self._of(JOINT):
+        """By joint number: the joint that it follows, or the fixed position, rad or m."""
+        followers: dict[int, Mimicked | float] = {}
+        for e in self._of(FOLLOWING):
             first, second = int(self._model.eq_obj1id[e]), int(self._model.eq_obj2id[e])
             law = self._law(e, first, second)
-            if second >= 0 and self._is_led_by_first(first, second, law):
+            # Of a linear law the joint with the motor or the spring leads.
+            if second >= 0 and law.degree() == 1 and [*map(self.forces.acts_on, (first, second))] == [True, False]:
                 first, second = second, first
                 law = Polynomial([-law.coef[0] / law.coef[1], 1 / law.coef[1]])
-            if first in found:
+            if first in followers:
                 what = f"equality constraints {quote(self.name(e))} and others determine its position: keep one"
                 raise self.bodies.compiled.error(f"joint {quote(self.bodies.joint_names[first])}", what)
-            found[first] = self._following(first, second, law)
-        return found
+            followers[first] = self._following(first, second, law)
+        return followers
+
+    @cached_property
+    def tendons(self) -> dict[int, list[tuple[int, float]]]:
+        """By joint number: the actuators on fixed tendons of it and of its followers, with gears."""
+        by_joint: dict[int, list[tuple[int, float]]] = {}
+        for a, gears in self.forces.on_tendons.items():
+            moved = [(self._leader(j), gear) for j, gear in gears.items()]
+            leaders = {leader for (leader, _), _ in moved}
+            if len(leaders) == 1 and (leader := leaders.pop()) is not None:
+                by_joint.setdefault(leader, []).append((a, sum(slope * gear for (_, slope), gear in moved)))
+        return by_joint
+
+    def _leader(self, j: int) -> tuple[int | None, float]:
+        """The independent joint that a joint follows, and the ratio; None if that is not constant."""
+        slope = 1.0
+        while j in self.followers:
+            law = self.followers[j]
+            if not isinstance(law, Mimicked) or any(law.powers):
+                return None, 0.0
+            j, slope = self.bodies.joint_names.index(law.joint), slope * law.multiplier
+        return j, slope
 
     @cached_property
     def connections(self) -> tuple[Connection, ...]:
-        """What holds bodies of the robot together, or to the world."""
-        return with_hinges([one for e in self._of(CONNECT, WELD) if (one := self._connection(e))])
+        """Connections between bodies of the robot, or to the world."""
+        return with_hinges([connection for e in self._of(CONNECT, WELD) if (connection := self._connection(e))])
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:
-        """Names of the constraints that are not taken: of tendons, to bodies that are not taken, and not in force."""
-        taken = set(self._of(JOINT)) | {e for e in self._of(CONNECT, WELD) if self._connection(e)}
-        return tuple(self.name(e) for e in range(self._model.neq) if e not in taken)
+        """Names of omitted constraints: of tendons, of omitted bodies, and disabled ones."""
+        modelled = set(self._of(FOLLOWING)) | {e for e in self._of(CONNECT, WELD) if self._connection(e)}
+        return tuple(self.name(e) for e in range(self._model.neq) if e not in modelled)
 
     def name(self, e: int) -> str:
-        """The name of a constraint; its type and number where the file gives none."""
-        given = [self._model.equality(k).name for k in range(self._model.neq)]
-        return given[e] or f"{self._type(e).removeprefix('mjEQ_').lower()}{e + 1}"
+        """The name of a constraint; its type and number without a name in the file."""
+        names = [self._model.equality(k).name for k in range(self._model.neq)]
+        return names[e] or f"{self._type(e).removeprefix('mjEQ_').lower()}{e + 1}"
 
     @property
     def _model(self) -> Any:
@@ -264,11 +305,6 @@ class Equalities:
         law: Polynomial = Polynomial(coefficients)(Polynomial([-other, 1.0])) + own
         return law.trim()
 
-    def _is_led_by_first(self, first: int, second: int, law: Polynomial) -> bool:
-        """Whether the second joint is to follow: the first has the motor or the spring, and the law is linear."""
-        acted = [bool(self.forces.actuators.get(j)) or self._model.jnt_stiffness[j] > 0 for j in (first, second)]
-        return acted == [True, False] and law.degree() == 1
-
     def _following(self, first: int, second: int, law: Polynomial) -> Mimicked | float:
         name = self.bodies.joint_names[first]
         if self._model.jnt_stiffness[first] > 0 and not self.forces.off("SPRING"):
@@ -280,7 +316,7 @@ class Equalities:
         return Mimicked(self.bodies.joint_names[second], multiplier, offset, tuple(powers))
 
     def _connection(self, e: int) -> Connection | None:
-        """A connection of two links; None where a body is not taken, or where both are one."""
+        """A connection of two links; None for an omitted body, or for one link."""
         ends = self._ends(e)
         if ends is None or ends[0][0] == ends[1][0]:
             return None
@@ -314,21 +350,212 @@ SAME_LENGTH = 1e-9
 def with_hinges(connections: Sequence[Connection]) -> tuple[Connection, ...]:
     """Return the connections, two links that are held together at two points as a hinge through both."""
     pairs: dict[tuple[str, str], list[Connection]] = {}
-    for one in connections:
-        if one.holding is Holding.POINT:
-            pairs.setdefault((one.first, one.second), []).append(one)
+    for connection in connections:
+        if connection.holding is Holding.POINT:
+            pairs.setdefault((connection.first, connection.second), []).append(connection)
     hinges = {id(pair[0]): hinge for pair in pairs.values() if len(pair) == 2 and (hinge := _hinge(*pair))}
     seconds = {id(pair[1]) for pair in pairs.values() if id(pair[0]) in hinges}
-    return tuple(hinges.get(id(one), one) for one in connections if id(one) not in seconds)
+    return tuple(hinges.get(id(connection), connection) for connection in connections if id(connection) not in seconds)
 
 
-def _hinge(one: Connection, other: Connection) -> Connection | None:
-    """The hinge through the points of two connections; None where these are not as far apart on both links."""
-    ends = (one.on_first, other.on_first), (one.on_second, other.on_second)
+def _hinge(connection: Connection, other: Connection) -> Connection | None:
+    """The hinge through the points of two connections; None if their distances on both links differ."""
+    ends = (connection.on_first, other.on_first), (connection.on_second, other.on_second)
     axes = [b.translation - a.translation for a, b in ends]
     lengths = [float(np.linalg.norm(axis)) for axis in axes]
     if not min(lengths) or abs(lengths[0] - lengths[1]) > SAME_LENGTH * max(lengths):
         return None
     lines = [Axis(a.translation, axis / length) for (a, _), axis, length in zip(ends, axes, lengths, strict=True)]
     first, second = (frame_on(line, a, None) for line, (a, _) in zip(lines, ends, strict=True))
-    return replace(one, on_first=first, on_second=second, holding=Holding.AXIS)
+    return replace(connection, on_first=first, on_second=second, holding=Holding.AXIS)
+
+
+def shapes_by_link(bodies: Bodies) -> dict[str, tuple[BodyShape, ...]]:
+    """Return the shapes of links, by link name."""
+    shapes_of_link: dict[str, tuple[BodyShape, ...]] = {}
+    model = bodies.model
+    for g in range(model.ngeom):
+        place = bodies.place(int(model.geom_bodyid[g]))
+        if place and model.geom_group[g] in SHOWN_GROUPS and model.geom_rgba[g][3] > 0:
+            link, on_link = place
+            at = on_link * _placement(bodies, model.geom_quat[g], model.geom_pos[g])
+            shapes = (replace(shape, points=at.matrix @ shape.points) for shape in _shapes(bodies, g))
+            shapes_of_link[link] = (*shapes_of_link.get(link, ()), *shapes)
+    return shapes_of_link
+
+
+def _shapes(bodies: Bodies, g: int) -> Iterator[BodyShape]:
+    """The shape of a geom, in its frame: planes and fields of heights are not drawn."""
+    model = bodies.model
+    kind = bodies.compiled.mujoco.mjtGeom(model.geom_type[g]).name.removeprefix("mjGEOM_").lower()
+    x, y, z = (float(size) for size in model.geom_size[g])
+    mesh = bodies.compiled.meshes.get(g)
+    if mesh is not None:
+        yield mesh if kind != "mesh" else replace(mesh, points=_from_inertial(bodies, g) @ mesh.points)
+    elif kind in ("box", "ellipsoid"):
+        yield BodyShape(np.diag([x, y, z, 1.0]), solid=kind)
+    elif kind == "sphere":
+        yield BodyShape(np.diag([x, x, x, 1.0]), solid="ellipsoid")
+    elif kind == "cylinder":
+        yield BodyShape(np.diag([x, x, y, 1.0]), solid=kind)
+    elif kind == "capsule" and x > 0:
+        yield BodyShape(np.diag([x, x, x, 1.0]), solid=kind, straight=y / x)
+
+
+def _from_inertial(bodies: Bodies, g: int) -> Array:
+    """The frame of the points of a file in that of their inertia, in which MuJoCo keeps a mesh."""
+    mesh = bodies.model.geom_dataid[g]
+    return _placement(bodies, bodies.model.mesh_quat[mesh], bodies.model.mesh_pos[mesh]).inverse.matrix
+
+
+def _placement(bodies: Bodies, quaternion: Array, position: Array) -> Placement:
+    return Placement(bodies.rotation(quaternion), np.array(position))
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Forces on the joints of a model; `tendons` are actuators, with their gears, on tendons of a single joint."""
+
+    bodies: Bodies
+    tendons: Mapping[int, Sequence[tuple[int, float]]] = field(default_factory=dict)
+
+    def on(self, freedom: Freedom) -> dict[str, Any]:
+        """The forces on a joint that turns or slides, as fields of its `LinkJoint`; raises `InputError`.
+
+        Inertia and damping of actuators are as the joint feels them: times the square of the gear.
+        """
+        model, j = self.bodies.model, freedom.number
+        if reason := next(self._faults(freedom), None):
+            raise self.bodies.compiled.error(f"joint {quote(self.bodies.joint_names[j])}", reason)
+        if freedom.type is JointType.FLOATING:
+            damping = 0.0 if self.off("DAMPER") else float(model.dof_damping[model.jnt_dofadr[j]])
+            return {"driven": False, "damping": damping}
+        if self._is_ball(freedom):
+            damping = 0.0 if self.off("DAMPER") else float(model.dof_damping[model.jnt_dofadr[j]])
+            return {"driven": False, "ball": damping * freedom.name.rstrip("_").endswith("_z")}
+        v, gears = model.jnt_dofadr[j], self.gears(j)
+        stiffness = 0.0 if self.off("SPRING") else float(model.jnt_stiffness[j])
+        damping = model.dof_damping[v] + sum(gear**2 * model.actuator_damping[a] for a, gear in gears)
+        return {
+            "stiffness": stiffness,
+            "neutral": float(model.qpos_spring[model.jnt_qposadr[j]]) if stiffness else 0.0,
+            "damping": 0.0 if self.off("DAMPER") else float(damping),
+            "friction": 0.0 if self.off("FRICTIONLOSS") or self.off("CONSTRAINT") else float(model.dof_frictionloss[v]),
+            "rotor_inertia": float(model.dof_armature[v] + sum(g**2 * model.actuator_armature[a] for a, g in gears)),
+            "driven": bool(gears) or (not model.nu and not stiffness),
+        }
+
+    def gears(self, j: int) -> list[tuple[int, float]]:
+        """The actuators that drive a joint, with the speed of each for one of the joint."""
+        own = [(a, float(self.bodies.model.actuator_gear[a][0])) for a in self.actuators.get(j, ())]
+        return [*own, *self.tendons.get(j, ())]
+
+    def limits(self, freedom: Freedom) -> JointLimits:
+        """The limits of a joint that turns or slides: its position, and the torque that its actuators give together."""
+        if self._is_ball(freedom) or freedom.type is JointType.FLOATING:
+            return JointLimits()
+        model, j = self.bodies.model, freedom.number
+        torques = [self._torques(a, gear) for a, gear in self.gears(j)]
+        low, high = sum((x for x, _ in torques), 0.0), sum((x for _, x in torques), 0.0)
+        if model.jnt_actfrclimited[j]:
+            least, most = map(float, model.jnt_actfrcrange[j])
+            low, high = max(low, least), min(high, most)
+        least, most = map(float, model.jnt_range[j])
+        position = range_of(least, most, LARGEST) if model.jnt_limited[j] and not self.off("LIMIT") else None
+        return JointLimits(position, torque=range_of(low, high, LARGEST) if torques else None)
+
+    def _torques(self, a: int, gear: float) -> tuple[float, float]:
+        """Return the least and largest torque, or force, of an actuator on a joint; infinite if not limited."""
+        model = self.bodies.model
+        low, high = -math.inf, math.inf
+        if model.actuator_forcelimited[a]:
+            low, high = map(float, model.actuator_forcerange[a])
+        if model.actuator_ctrllimited[a] and not self._has_law(a):
+            gain = float(model.actuator_gainprm[a][0])
+            least, most = sorted(gain * float(x) for x in model.actuator_ctrlrange[a])
+            low, high = max(low, least), min(high, most)
+        first, second = (gear * x if gear else 0.0 for x in (low, high))
+        return min(first, second), max(first, second)
+
+    def _has_law(self, a: int) -> bool:
+        """Whether the force of an actuator differs from its control times a number."""
+        model = self.bodies.model
+        return bool(model.actuator_dyntype[a] or model.actuator_gaintype[a] or model.actuator_biastype[a])
+
+    def off(self, name: str) -> bool:
+        """Return whether the options of the file disable a feature, by MuJoCo's name."""
+        flag = getattr(self.bodies.compiled.mujoco.mjtDisableBit, f"mjDSBL_{name}")
+        return bool(self.bodies.model.opt.disableflags & int(flag))
+
+    @cached_property
+    def actuators(self) -> dict[int, list[int]]:
+        """Numbers of the actuators on each joint that turns or slides."""
+        actuators: dict[int, list[int]] = {}
+        for a in range(self.bodies.model.nu):
+            if a not in self.elsewhere:
+                actuators.setdefault(int(self.bodies.model.actuator_trnid[a][0]), []).append(a)
+        return actuators
+
+    @cached_property
+    def on_tendons(self) -> dict[int, dict[int, float]]:
+        """Speeds of the actuators on fixed tendons for one of each of its joints, by the numbers of both."""
+        model, mujoco = self.bodies.model, self.bodies.compiled.mujoco
+        speeds: dict[int, dict[int, float]] = {}
+        for a in range(model.nu):
+            if mujoco.mjtTrn(model.actuator_trntype[a]).name != "mjTRN_TENDON":
+                continue
+            first = model.tendon_adr[t := int(model.actuator_trnid[a][0])]
+            wraps = range(first, first + model.tendon_num[t])
+            if all(mujoco.mjtWrap(model.wrap_type[w]).name == "mjWRAP_JOINT" for w in wraps):
+                gear = float(model.actuator_gear[a][0])
+                speeds[a] = {int(model.wrap_objid[w]): gear * float(model.wrap_prm[w]) for w in wraps}
+        return speeds
+
+    def acts_on(self, j: int) -> bool:
+        """Whether an actuator acts on a joint, by a tendon too, or a spring."""
+        driven = bool(self.actuators.get(j)) or any(j in gears for gears in self.on_tendons.values())
+        return driven or self.bodies.model.jnt_stiffness[j] > 0
+
+    @cached_property
+    def elsewhere(self) -> tuple[int, ...]:
+        """Numbers of the actuators that act on a tendon, a body, or on a joint of several freedoms."""
+        return tuple(a for a in range(self.bodies.model.nu) if not self._is_on_joint(a))
+
+    def is_more_than_torque(self, a: int) -> bool:
+        """Whether the control of an actuator is not the torque, or force, on its joint."""
+        model = self.bodies.model
+        return self._has_law(a) or model.actuator_gainprm[a][0] != 1 or model.actuator_gear[a][0] != 1
+
+    def _is_on_joint(self, a: int) -> bool:
+        """Whether an actuator acts on a joint that turns or slides."""
+        kind = self.bodies.compiled.mujoco.mjtTrn(self.bodies.model.actuator_trntype[a]).name
+        simple = (JointType.REVOLUTE, JointType.PRISMATIC)
+        return kind in ON_JOINTS and self.bodies.type_of(self.bodies.model.actuator_trnid[a][0]) in simple
+
+    def _is_ball(self, freedom: Freedom) -> bool:
+        return freedom.name != self.bodies.joint_names[freedom.number]
+
+    def _faults(self, freedom: Freedom) -> Iterator[str]:
+        """Faults of actuators that no machine can represent, and the way out."""
+        model, j = self.bodies.model, freedom.number
+        v = model.jnt_dofadr[j]
+        several = 6 if freedom.type is JointType.FLOATING else 3 if self._is_ball(freedom) else 0
+        if model.jnt_stiffnesspoly[j].any():
+            yield "its stiffness is a polynomial of the deflection: only linear springs are modelled, give one number"
+        if model.dof_dampingpoly[v].any() or any(
+            model.actuator_dampingpoly[a].any() for a in self.actuators.get(j, [])
+        ):
+            yield "its damping is a polynomial of the velocity: only linear damping is modelled, give one number"
+        if model.jnt_plasticadr[j] >= 0:
+            yield "its spring yields: only elastic springs are modelled, remove springyield"
+        if not several:
+            return
+        kind = "free" if several == 6 else "ball"
+        numbers = {
+            "stiffness": model.jnt_stiffness[j],
+            "armature": model.dof_armature[v : v + several].any(),
+            "frictionloss": model.dof_frictionloss[v : v + several].any(),
+        }
+        for key, value in numbers.items():
+            if value:
+                yield f"it is a {kind} joint with {key}, which is not modelled: write {key} = 0"

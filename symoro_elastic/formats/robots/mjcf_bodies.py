@@ -38,7 +38,7 @@ class Freedom:
 class Bodies:
     """The bodies of a model by their numbers; 0 is the world.
 
-    A free body is the base of a robot that floats, or an object beside a robot that is fixed. What stands still and
+    A free body is the base of a robot that floats, or an object next to a fixed robot. What stands still and
     carries nothing that moves is scenery.
     """
 
@@ -52,19 +52,19 @@ class Bodies:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the bodies, that of the world first; one without a name gets its number."""
-        given = [self.model.body(b).name for b in range(self.model.nbody)]
-        return (WORLD, *(name or distinct(f"body{b}", given) for b, name in enumerate(given[1:], start=1)))
+        names = [self.model.body(b).name for b in range(self.model.nbody)]
+        return (WORLD, *(name or distinct(f"body{b}", names) for b, name in enumerate(names[1:], start=1)))
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints; one without a name gets that of its body."""
-        given = [self.model.joint(j).name for j in range(self.model.njnt)]
-        for j, name in enumerate(given):
-            given[j] = name or distinct(f"{self.names[self.model.jnt_bodyid[j]]}_joint", given)
-        return tuple(given)
+        names = [self.model.joint(j).name for j in range(self.model.njnt)]
+        for j, name in enumerate(names):
+            names[j] = name or distinct(f"{self.names[self.model.jnt_bodyid[j]]}_joint", names)
+        return tuple(names)
 
     @cached_property
-    def taken(self) -> tuple[int, ...]:
+    def modelled(self) -> tuple[int, ...]:
         """Numbers of the bodies of the robot: each after the one that carries it."""
         roots = self._moving_roots - {*self.objects}
         at_rest = set(range(1, self.model.nbody)) - self._carrying
@@ -73,13 +73,13 @@ class Bodies:
 
     @cached_property
     def objects(self) -> tuple[int, ...]:
-        """Numbers of the free bodies beside a robot that is fixed to the world."""
+        """Numbers of the free bodies in addition to a robot that is fixed to the world."""
         free_roots = sorted(b for b in self._moving_roots if self.is_free(b))
         if len(free_roots) < len(self._moving_roots):
             return tuple(free_roots)
         if len(free_roots) > 1:
-            shown = ", ".join(quote(self.names[b]) for b in free_roots[:5])
-            raise self.compiled.error("bodies", f"{shown} float independently: leave one machine in the file")
+            listed = ", ".join(quote(self.names[b]) for b in free_roots[:5])
+            raise self.compiled.error("bodies", f"{listed} float independently: leave one machine in the file")
         if not free_roots:
             raise self.compiled.error("bodies", "no joint: nothing moves")
         return ()
@@ -104,11 +104,11 @@ class Bodies:
         return Placement(self.rotation(self.model.body_quat[b]), self.model.body_pos[b].copy())
 
     def place(self, b: int) -> tuple[str, Placement] | None:
-        """The link on which a body is, and the placement of its frame there; None for bodies that are not taken.
+        """The link that holds a body, and the placement of its frame there; None for omitted bodies.
 
         Scenery is on the world.
         """
-        if b in self.taken:
+        if b in self.modelled:
             return self.names[b], self.on_link(b)
         placement = Placement()
         while b:
@@ -120,9 +120,9 @@ class Bodies:
 
     def rotation(self, quaternion: Array) -> Array:
         """The rotation matrix (3, 3) of a unit quaternion, its scalar part first."""
-        found = np.zeros(9)
-        self.compiled.mujoco.mju_quat2Mat(found, quaternion)
-        return found.reshape(3, 3)
+        matrix = np.zeros(9)
+        self.compiled.mujoco.mju_quat2Mat(matrix, quaternion)
+        return matrix.reshape(3, 3)
 
     def about(self, axis: Array, angle: float) -> Array:
         """The rotation matrix (3, 3) about a unit axis."""
@@ -132,17 +132,17 @@ class Bodies:
 
     @cached_property
     def _moving_roots(self) -> set[int]:
-        """The bodies on the world that move or carry what moves."""
+        """The bodies on the world with joints in their trees."""
         return {int(self.model.body_rootid[b]) for b in range(1, self.model.nbody) if self.model.body_jntnum[b]}
 
     @cached_property
     def _carrying(self) -> set[int]:
-        """The bodies that have joints or carry bodies that have."""
-        found: set[int] = set()
+        """The bodies with joints, and those that carry such bodies."""
+        bodies: set[int] = set()
         for b in range(self.model.nbody - 1, 0, -1):
-            if self.model.body_jntnum[b] or b in found:
-                found |= {b, int(self.model.body_parentid[b])}
-        return found
+            if self.model.body_jntnum[b] or b in bodies:
+                bodies |= {b, int(self.model.body_parentid[b])}
+        return bodies
 
     def type_of(self, j: int) -> JointType | None:
         """The type of a joint; None for a ball joint."""

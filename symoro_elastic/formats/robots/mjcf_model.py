@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from symoro_elastic.formats.files import MAX_BYTES, load_text
-from symoro_elastic.formats.robots.mjcf_sizes import Sizes, with_copies
 from symoro_elastic.formats.robots.robot import LARGEST
 from symoro_elastic.formats.robots.xml_text import root_element
 from symoro_elastic.foundation.errors import InputError
@@ -23,6 +23,16 @@ from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.names import quote
 
+MOST_COPIES = 1000
+MOST_COPIED = 20_000
+"""Elements that all <replicate> of a model make together."""
+MOST_NUMBERS = 10_000_000
+MOST_IN_MESH = 100
+"""Of each of the first two numbers of a mesh that MuJoCo makes: how finely it is divided."""
+EACH = ("nuserdata", "nkey", "nsample", "actdim", "dim")
+"""Attributes that give some elements so many numbers each; those of <size> that begin with nuser_, too."""
+FIELDS = ("hfield", "texture")
+"""Elements that are fields of so many rows and columns."""
 SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins", "cameras", "lights", "textures")
 """Lists of what moves nothing and may be large, or name files."""
 
@@ -49,6 +59,76 @@ READ = {
     "eq_data": ("equality", "it"),
 }
 """Arrays of MuJoCo that are read: the kind of element that owns a row, and what it is in the file."""
+
+
+@dataclass
+class Sizes:
+    """Sizes of a model: its elements with copies, the copies, and the largest list of an element."""
+
+    elements: int = 0
+    copied: int = 0
+    each: int = 0
+
+    def add(self, element: Element, copies: int, file: str) -> None:
+        """Count an element; raises `InputError` where a model is too large for a machine."""
+        if copies > MOST_COPIES:
+            raise InputError(file, "replicate", f"it makes more than {MOST_COPIES} copies: too many for a machine")
+        self.elements += copies
+        self.copied += copies if copies > 1 else 0
+        if self.copied > MOST_COPIED:
+            what = f"copies make more than {MOST_COPIED} elements: too many for a machine"
+            raise InputError(file, "replicate", what)
+        for name in element.attrib:
+            if name.startswith("nuser_") or name in EACH:
+                self.each = max(self.each, _number(element, name))
+                self._refuse(self.each * self.elements, f"<{element.tag}> {name}", file)
+        if element.tag in FIELDS:
+            numbers = math.prod(max(_number(element, key), 1) for key in ("nrow", "ncol", "width", "height"))
+            self._refuse(numbers, f"<{element.tag}>", file)
+        self._refuse(self.each * self.elements, f"<{element.tag}>", file)
+        _refuse_mesh(element, file)
+
+    def _refuse(self, numbers: float, place: str, file: str) -> None:
+        if numbers > MOST_NUMBERS:
+            what = f"the model would hold more than {MOST_NUMBERS:.0e} numbers: give a smaller size"
+            raise InputError(file, place, what)
+
+
+def _refuse_mesh(element: Element, file: str) -> None:
+    """Raise `InputError` for a mesh that MuJoCo would make of very many triangles."""
+    if element.tag == "mesh" and "builtin" in element.attrib:
+        for word in element.get("params", "").split()[:2]:
+            if _value(word) > MOST_IN_MESH:
+                what = f"params divide it into more than {MOST_IN_MESH} parts: give less"
+                raise InputError(file, "<mesh>", what)
+
+
+def with_copies(root: Element, before: int) -> Iterator[tuple[Element, int]]:
+    """Yield every element in its order, with how often each <replicate> around it repeats it."""
+    waiting = [(root, before)]
+    while waiting:
+        element, times = waiting.pop()
+        if element.tag == "replicate":
+            times *= int(min(_number(element, "count", 1), MOST_COPIES + 1))
+        yield element, times
+        waiting += ((child, times) for child in reversed(element))
+
+
+def _number(element: Element, key: str, default: int = 0) -> int:
+    """Return the whole number of an attribute, 0 for a negative one."""
+    value = _value(element.get(key, "")) if element.get(key, "").strip() else default
+    return int(min(value, 10**18))
+
+
+def _value(word: str) -> float:
+    """Return a number, infinite for a word that MuJoCo may accept as a number."""
+    for read in (float, lambda text: float(int(text, 0))):
+        try:
+            value = read(word.strip())
+        except (ValueError, OverflowError):
+            continue
+        return math.inf if math.isnan(value) else max(value, 0.0)
+    return math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +164,10 @@ def mujoco_model(text: str, source: str) -> Compiled:
             spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # ranges of muscles are not needed, and take time
             has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
             _drop_what_is_seen_only(spec)
-            seen = [*_drop_shapes(spec, mujoco)]
+            dropped = [*_drop_shapes(spec, mujoco)]
             _take_meshes(spec, sources)
             model = spec.compile()
-            meshes = {geom.id: mesh for geom, mesh in seen if geom.id >= 0}
+            meshes = {geom.id: mesh for geom, mesh in dropped if geom.id >= 0}
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise _said(str(error), source) from None
     _refuse_without_measure(model, source)
@@ -96,7 +176,7 @@ def mujoco_model(text: str, source: str) -> Compiled:
 
 
 def _mujoco() -> Any:
-    """The package, in a version whose models tell which springs are linear."""
+    """The package mujoco, in a version whose models distinguish linear springs."""
     mujoco = import_optional("mujoco", "reading MJCF", "mjcf")
     if int(mujoco.__version__.partition(".")[0]) < OLDEST:
         what = f"version {mujoco.__version__} is installed, reading MJCF needs {OLDEST}: pip install -U mujoco"
@@ -106,7 +186,7 @@ def _mujoco() -> Any:
 
 @contextmanager
 def _in_silence(mujoco: Any) -> Iterator[None]:
-    """Take MuJoCo's warnings, which it would print and write to a file in the working folder."""
+    """Record MuJoCo's warnings instead of printing them and writing a file in the working folder."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
     try:
@@ -117,7 +197,7 @@ def _in_silence(mujoco: Any) -> Iterator[None]:
 
 
 def _refuse_without_measure(model: Any, source: str) -> None:
-    """Raise `InputError` for infinite and huge numbers, which MuJoCo takes."""
+    """Raise `InputError` for infinite and huge numbers, which MuJoCo accepts."""
     for array, (kind, key) in READ.items():
         for k in np.argwhere(~(np.abs(getattr(model, array)) < LARGEST))[:1, 0]:
             owner = model.dof_jntid[k] if array.startswith("dof") else k
@@ -128,7 +208,7 @@ def _refuse_without_measure(model: Any, source: str) -> None:
 
 
 def _said(message: str, source: str) -> InputError:
-    """What MuJoCo says, as one line, with the line of the file if it names one."""
+    """Return the message of MuJoCo as one line, with the line of the file if it names one."""
     line = re.search(r"line\s*(?:number=)?\s*([1-9]\d*)", message)
     text = " ".join(re.sub(r"[^\x20-\x7e]+", " ", re.sub(r"(?i)^(XML )?Error:?", "", message)).split())
     return InputError(source, f"line {line[1]}" if line else "file", f"MuJoCo does not read it: {text[:200]}")
@@ -145,9 +225,9 @@ def _drop_what_is_seen_only(spec: Any) -> None:
 
 
 def _drop_shapes(spec: Any, mujoco: Any) -> Iterator[tuple[Any, BodyShape]]:
-    """Yield shapes from files with their meshes; where the inertia of the body needs none, a point stands for each.
+    """Yield shapes from files with their meshes; a point replaces each, unless inertia needs it.
 
-    Shapes that stand for nothing, and fields of heights, are deleted.
+    Shapes without mass and mesh, and height fields, are deleted.
     """
     files = _files_of(spec, mujoco)
     of_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
@@ -155,11 +235,11 @@ def _drop_shapes(spec: Any, mujoco: Any) -> Iterator[tuple[Any, BodyShape]]:
     for geom in list(spec.geoms):
         is_read = geom.meshname or geom.hfieldname
         body = geom.parent
-        given = body.name == "world" or (body.explicitinertial and not of_shapes)
+        has_inertia = body.name == "world" or (body.explicitinertial and not of_shapes)
         is_seen = geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom.meshname in files and np.isnan(geom.fromto[0])
         if is_seen:
             yield geom, files[geom.meshname]
-        if is_read and (given or geom.mass == 0 or not least <= geom.group <= most):
+        if is_read and (has_inertia or geom.mass == 0 or not least <= geom.group <= most):
             if is_seen:
                 geom.type, geom.meshname, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_SPHERE, "", [1.0, 0.0, 0.0], 0.0
             else:
@@ -169,8 +249,8 @@ def _drop_shapes(spec: Any, mujoco: Any) -> Iterator[tuple[Any, BodyShape]]:
 
 
 def _files_of(spec: Any, mujoco: Any) -> dict[str, BodyShape]:
-    """The meshes of files by their names, with their sizes about their points of reference; no file is opened."""
-    found = {}
+    """The meshes of files by their names, with sizes about their reference points; no file is opened."""
+    meshes = {}
     for mesh in spec.meshes:
         path = PurePosixPath(mesh.file)
         if mesh.file:
@@ -179,8 +259,8 @@ def _files_of(spec: Any, mujoco: Any) -> dict[str, BodyShape]:
             points = np.eye(4)
             points[:3, :3] = np.diag(mesh.scale) @ turned.reshape(3, 3).T
             points[:3, 3] = -points[:3, :3] @ mesh.refpos
-            found[mesh.name or path.stem] = BodyShape(points, _path_of(spec, mesh.file))
-    return found
+            meshes[mesh.name or path.stem] = BodyShape(points, _path_of(spec, mesh.file))
+    return meshes
 
 
 def _path_of(spec: Any, file: str) -> str:
@@ -190,7 +270,7 @@ def _path_of(spec: Any, file: str) -> str:
 
 
 def _take_meshes(spec: Any, sources: Sources) -> None:
-    """Give the meshes that inertias need, and delete the others."""
+    """Keep the meshes that inertias need, and delete the others."""
     needed = {geom.meshname: geom.parent.name for geom in spec.geoms if geom.meshname}
     for k, mesh in enumerate(list(spec.meshes)):
         path = PurePosixPath(mesh.file)
@@ -227,22 +307,22 @@ class Sources:
         return Path(self.path).resolve().parent
 
     def shape(self, name: str, needed_by: str) -> bytes:
-        """Return the content of the file of a shape; raises `InputError`, which says what needs it."""
+        """Return the content of the file of a shape; raises `InputError` that names what needs it."""
         remedy = f"body {quote(needed_by)} has no <inertial>, so its shape gives its mass: add an <inertial>"
         file = self._inside(name, f"mesh {quote(name)}", remedy)
         if not is_plain_file(file):
-            raise self.error(f"mesh {quote(name)}", f"there is no such file; {remedy}, or the file")
+            raise self.error(f"mesh {quote(name)}", f"no such file; {remedy}, or the file")
         content = read_file(file, most=MOST_SHAPE_BYTES + 1)
         if len(content) > MOST_SHAPE_BYTES:
             raise self.error(f"mesh {quote(name)}", f"larger than {MOST_SHAPE_BYTES // 10**6} MB; {remedy}")
         return content
 
     def error(self, place: str, what: str) -> InputError:
-        """The error to raise about one place of the file."""
+        """Return the error about one place of the file."""
         return InputError(self.path, place, what)
 
     def _inside(self, name: str, place: str, remedy: str) -> Path:
-        """The path of a file that lies in the folder of the model, through links either."""
+        """Return the path of a file in the folder of the model, links resolved."""
         try:
             file = (self.folder / name).resolve()
         except (OSError, ValueError, RuntimeError):
@@ -252,54 +332,54 @@ class Sources:
         return file
 
     def include(self, name: str, by: str) -> tuple[str, str]:
-        """Return the path of a part from the folder, and its text; `by` is that of the file that includes it."""
+        """Return the path of an included file from the folder, and its text; `by` is the path of the including file."""
         place = f"include {quote(name)}"
         remedy = "copy it into the folder"
-        beside = str(PurePosixPath(by).parent / name)
-        for path in dict.fromkeys((name, beside)):
+        sibling = str(PurePosixPath(by).parent / name)
+        for path in dict.fromkeys((name, sibling)):
             file = self._inside(path, place, remedy)
             if is_plain_file(file):
                 return path, load_text(file)
-        raise self.error(place, f"there is no such file beside {quote(Path(self.path).name)}")
+        raise self.error(place, f"no such file next to {quote(Path(self.path).name)}")
 
 
 def sources_of(text: str, path: str) -> Sources:
-    """Return the text of a model with its parts; raises `InputError` for what is not read."""
-    found = Sources(text, path)
+    """Return the text of a model with its parts; raises `InputError` for unreadable ones."""
+    sources = Sources(text, path)
     root = root_element(text, path)
     if root.tag != "mujoco":
         what = OTHER_ROOTS.get(root.tag, f"its root element is <{quote(root.tag)[1:-1]}>, that of MJCF is <mujoco>")
-        raise found.error("file", what)
-    _take(root, path, "", found)
-    return found
+        raise sources.error("file", what)
+    _take(root, path, "", sources)
+    return sources
 
 
-def _take(root: Element, file: str, path: str, found: Sources, copies: int = 1) -> None:
-    """Refuse what is not taken of a file, and add the parts that it includes, with theirs."""
+def _take(root: Element, file: str, path: str, sources: Sources, copies: int = 1) -> None:
+    """Refuse elements that are not supported, and add included files with theirs."""
     for element, times in with_copies(root, copies):
         _refuse(element, file)
-        found.sizes.add(element, times, file)
+        sources.sizes.add(element, times, file)
         if element.tag == "include":
-            _include(element, path, found, times)
+            _include(element, path, sources, times)
 
 
-def _include(element: Element, by: str, found: Sources, copies: int) -> None:
+def _include(element: Element, by: str, sources: Sources, copies: int) -> None:
     name = element.get("file", "")
     place = f"include {quote(name)}"
     if not name:
-        raise found.error("include", "it names no file")
-    path, text = found.include(name, by)
-    if any(PurePosixPath(path).name == PurePosixPath(other).name for other in found.parts):
-        raise found.error(place, "a file is included once, and MuJoCo knows it by its name: rename or remove one")
-    found.parts[path] = text.encode()
-    if len(found.parts) > MOST_PARTS or sum(map(len, found.parts.values())) > MAX_BYTES:
-        raise found.error(place, f"at most {MOST_PARTS} files of {MAX_BYTES // 10**6} MB together are read")
-    file = str(Path(found.path).parent / path)
-    _take(root_element(text, file), file, path, found, copies)
+        raise sources.error("include", "it names no file")
+    path, text = sources.include(name, by)
+    if any(PurePosixPath(path).name == PurePosixPath(other).name for other in sources.parts):
+        raise sources.error(place, "a file is included once, and MuJoCo knows it by its name: rename or remove one")
+    sources.parts[path] = text.encode()
+    if len(sources.parts) > MOST_PARTS or sum(map(len, sources.parts.values())) > MAX_BYTES:
+        raise sources.error(place, f"at most {MOST_PARTS} files of {MAX_BYTES // 10**6} MB together are read")
+    file = str(Path(sources.path).parent / path)
+    _take(root_element(text, file), file, path, sources, copies)
 
 
 def _refuse(element: Element, file: str) -> None:
-    """Refuse what is not a tree of rigid bodies, and other models."""
+    """Refuse models that are not trees of rigid bodies."""
     if element.tag in DEFORMABLE:
         raise InputError(file, f"<{element.tag}>", "it makes deformable bodies: only rigid ones are modelled")
     if element.tag == "plugin":

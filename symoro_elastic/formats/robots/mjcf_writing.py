@@ -15,24 +15,21 @@ from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from symoro_elastic.formats.robots.displacements import ROUNDING, about_z
-from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
+from symoro_elastic.formats.robots.joint_tree import Tree, about_z, displacement_at, rpy_of, tree_of
 from symoro_elastic.formats.robots.modified_dh import together
-from symoro_elastic.formats.robots.numbered import SMOOTH, Holds, notes_of, numbers_text, robot_of, size_of
+from symoro_elastic.formats.robots.numbered import SMOOTH, Holds, notes_of, numbers_text, plain, robot_of, size_of
 from symoro_elastic.formats.robots.robot import Connection, Description, Holding, JointType, Link, LinkJoint, Placement
-from symoro_elastic.formats.robots.urdf_writing import rpy_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import distinct, quote
-from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
 WORLD = "world"
 LEAST = 1e-14
-"""Mass, kg, and moment of inertia, kg m2, that MuJoCo takes of a body that moves."""
+"""Mass, kg, and moment of inertia, kg m2, that MuJoCo accepts for a moving body."""
 FLAT = 1e-14
-"""Part of the trace that is added to moments of inertia of flat bodies, one of which is the sum of the others."""
+"""Part of the trace that is added to moments of inertia of flat bodies, with one equal to the sum of the others."""
 MOST_JOINTS, MOST_DEPTH = 6, 390
 """On a body, and of bodies on each other: readers of XML stop at some depth."""
 FORCES = {
@@ -50,6 +47,7 @@ MJCF = Holds(
         **SMOOTH,
         "cogging": "cogging of motors",
         "sharing": "weights of shared torques",
+        "ball": "damping of three turns as one",
     },
     degree=4,
     following="joints that follow one other by a polynomial up to the fourth power",
@@ -66,7 +64,7 @@ def write(machine: Machine) -> str:
         if driven:
             what = f"{', '.join(driven)} follow the others and have motors, which MJCF cannot say: write .toml"
             raise machine.error(f"loop {loop.name}, dependent", what)
-    robot = robot_of(with_springs_in_motors(machine), MJCF)
+    robot = robot_of(machine, MJCF)
     return _Writer(robot, tree_of(robot, machine.label), machine.label).text
 
 
@@ -112,41 +110,46 @@ class _Writer:
         return tostring(root, encoding="unicode") + "\n"
 
     def _base(self, world: Element) -> Element:
-        """What carries the joints on the base: the world, or the body that floats in it."""
+        """The element that carries the joints on the base: the world, or the floating body."""
         if not self.tree.floating:
             return world
         body = SubElement(world, "body", name=self.tree.frame_0)
-        SubElement(body, "freejoint", name=self.tree.floating.name)
+        free = self.tree.floating
+        if free.damping:
+            SubElement(body, "joint", type="free", name=free.name, damping=numbers_text([free.damping]))
+        else:
+            SubElement(body, "freejoint", name=free.name)
         self._add_inertia(body, together(self.tree.links_on(None)), "base")
         return body
 
     @cached_property
     def groups(self) -> list[list[LinkJoint]]:
-        """The joints on each body: one, behind those of links without mass that carry nothing else."""
-        found: list[list[LinkJoint]] = []
+        """The joints on each body: one, preceded by those of massless links that carry nothing else."""
+        groups: list[list[LinkJoint]] = []
         for joint in self.tree.moving:
             carrier = self.tree.carrier(joint)
-            if found and carrier and found[-1][-1] is carrier and self._is_massless(carrier):
-                found[-1].append(joint)
+            if groups and carrier and groups[-1][-1] is carrier and self._is_massless(carrier):
+                groups[-1].append(joint)
             else:
-                found.append([joint])
-        for group in found:
+                groups.append([joint])
+        for group in groups:
             if len(group) > MOST_JOINTS:
-                what = f"{len(group)} joints in a row have no mass between them: MuJoCo takes {MOST_JOINTS}"
+                what = f"{len(group)} joints in a row have no mass between them: MuJoCo accepts {MOST_JOINTS}"
                 raise self._error(group[-1].name, what)
-        return found
+        return groups
 
     def _is_massless(self, joint: LinkJoint) -> bool:
-        """Whether a link without mass carries one joint and no frames: then both joints can be on one body."""
+        """Return whether a massless link carries one joint and no frames, so that one body can hold both joints."""
         link = together(self.tree.links_on(joint))
         bare = not link.mass and not link.inertia.any() and not link.center.any()
         return bare and len(self.tree.carried_joints[joint.name]) == 1 and joint.name not in self._with_frames
 
     @cached_property
     def _with_frames(self) -> set[str]:
-        """Names of joints whose links have ends of loops or frames that are leaves."""
-        ends = {link for one in self.robot.connections for link in (one.first, one.second)}
-        owners = [self.tree.carrying[name].joint for name in (*ends, *(joint.child for joint in self.tree.leaves))]
+        """Names of joints whose links have ends of loops, frames that are leaves, or sites."""
+        ends = {link for connection in self.robot.connections for link in (connection.first, connection.second)}
+        carrying = (*ends, *(joint.child for joint in self.tree.leaves), *(frame.link for frame in self.robot.frames))
+        owners = [self.tree.carrying[name].joint for name in carrying]
         return {joint.name for joint in owners if joint}
 
     def _error(self, name: str, what: str) -> InputError:
@@ -154,27 +157,26 @@ class _Writer:
 
     @cached_property
     def references(self) -> dict[str, float]:
-        """The position, rad or m, of each joint in which the file places the bodies: the start of its loops, or 0."""
-        start = {name: x for one in self.robot.connections for name, x in one.start.items()}
+        """The positions, rad or m, of the joints at which the file places the bodies: the starts of loops, or 0."""
+        start = {name: x for connection in self.robot.connections for name, x in connection.start.items()}
         for joint in self.tree.moving:
             if joint.follows:
                 start[joint.name] = float(_law(joint)(start.get(joint.follows.joint, 0.0)))
         return start
 
-    def _moved(self, joint: LinkJoint) -> Placement:
-        """Placement of a link's frame, in that which its joint has at position 0, in the reference."""
-        x = self.references.get(joint.name, 0.0)
-        return about_z(0.0, x) if joint.type is JointType.PRISMATIC else about_z(x, 0.0)
+    def _reference_placement(self, joint: LinkJoint) -> Placement:
+        """Placement of a link's frame at the reference, relative to position 0 of its joint."""
+        return displacement_at(joint, self.references.get(joint.name, 0.0))
 
     def _add_body(self, carrier: Element, group: list[LinkJoint]) -> Element:
         """A body with its joints, its inertia and its frames; returns it."""
-        after = [self._moved(group[0])]
+        after = [self._reference_placement(group[0])]
         for joint in group[1:]:
-            after.append(after[-1] * self.tree.seat(joint) * self._moved(joint))
+            after.append(after[-1] * self.tree.seat(joint) * self._reference_placement(joint))
         own = group[-1]
-        body = SubElement(carrier, "body", self._placed(own.child, self.tree.seat(group[0]) * after[-1]))
-        for joint, moved in zip(group, after, strict=True):
-            at = after[-1].inverse * moved
+        body = SubElement(carrier, "body", self._placement_attributes(own.child, self.tree.seat(group[0]) * after[-1]))
+        for joint, placement in zip(group, after, strict=True):
+            at = after[-1].inverse * placement
             point, axis = plain(at.translation, self.size), plain(at.rotation @ joint.axis)
             SubElement(body, "joint", _attributes(joint, point, axis, self.references.get(joint.name, 0.0)))
         self._add_inertia(body, together(self.tree.links_on(own)), own.name)
@@ -186,17 +188,21 @@ class _Writer:
         """The largest distance of a joint from the one before, m."""
         return size_of(self.robot)
 
-    def _placed(self, name: str, at: Placement) -> dict[str, str]:
-        """The name of a body or site, which is not that of the world, and its placement: what is zero is left out."""
+    def _placement_attributes(self, name: str, at: Placement) -> dict[str, str]:
+        """Name of a body or site, distinct from the world, and its placement, zeros omitted."""
         point, angles = plain(at.translation, self.size), plain(np.array(rpy_of(at.rotation)))
-        found = {"name": distinct(name, (WORLD,))} | ({"pos": numbers_text(point)} if point.any() else {})
-        return found | ({"euler": numbers_text(angles)} if angles.any() else {})
+        attributes = {"name": distinct(name, (WORLD,))} | ({"pos": numbers_text(point)} if point.any() else {})
+        return attributes | ({"euler": numbers_text(angles)} if angles.any() else {})
 
     def _add_frames(self, body: Element, joint: LinkJoint | None) -> None:
-        """The leaves on a body as bodies without joints."""
+        """The leaves on a body as bodies without joints, and other frames as sites."""
         for leaf in self.tree.leaves:
             if self.tree.carrier(leaf) is joint:
-                SubElement(body, "body", self._placed(leaf.child, self.tree.seat(leaf)))
+                SubElement(body, "body", self._placement_attributes(leaf.child, self.tree.seat(leaf)))
+        for frame in self.robot.frames:
+            carried = self.tree.carrying.get(frame.link)
+            if carried and carried.joint is joint:
+                SubElement(body, "site", self._placement_attributes(frame.name, carried.placement * frame.placement))
 
     def _add_inertia(self, body: Element, link: Link, name: str) -> None:
         principal = np.linalg.eigvalsh(link.inertia)
@@ -211,8 +217,8 @@ class _Writer:
         inertia = link.inertia + flat * FLAT * trace * np.eye(3)
         entries = [inertia[i, k] for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
         moments = {"fullinertia": entries} if any(entries[3:]) else {"diaginertia": entries[:3]}
-        given: dict[str, Any] = {"pos": link.center, "mass": [link.mass], **moments}
-        SubElement(body, "inertial", {key: numbers_text(numbers) for key, numbers in given.items()})
+        inertial: dict[str, Any] = {"pos": link.center, "mass": [link.mass], **moments}
+        SubElement(body, "inertial", {key: numbers_text(numbers) for key, numbers in inertial.items()})
 
     def _add_law(self, equality: Element, joint: LinkJoint) -> None:
         """The constraint of a joint that follows another: a polynomial of the distance from its reference."""
@@ -237,26 +243,27 @@ class _Writer:
             ):
                 carried = self.tree.carrying[link]
                 owner = on[carried.joint.name if carried.joint else ""]
-                owner.insert(0, Element("site", self._placed(f"{name}_{end}", carried.placement * at * shift)))
-            given = {"name": name, "site1": f"{name}_cut", "site2": f"{name}_end"}
-            SubElement(equality, kinds.get(connection.holding, "connect"), given)
+                place = self._placement_attributes(f"{name}_{end}", carried.placement * at * shift)
+                owner.insert(0, Element("site", place))
+            attributes = {"name": name, "site1": f"{name}_cut", "site2": f"{name}_end"}
+            SubElement(equality, kinds.get(connection.holding, "connect"), attributes)
 
 
 def _law(joint: LinkJoint) -> Polynomial:
-    """The position of a joint that follows another, by the position of that."""
+    """Polynomial of a joint's position by that of the joint it follows."""
     assert joint.follows
     return Polynomial([joint.follows.offset, joint.follows.multiplier, *joint.follows.powers])
 
 
 def _attributes(joint: LinkJoint, point: Array, axis: Array, reference: float) -> dict[str, str]:
-    """A joint in MJCF: what is zero is left out."""
+    """Attributes of a joint in MJCF, zeros omitted."""
     kind = "slide" if joint.type is JointType.PRISMATIC else "hinge"
     forces: dict[str, Any] = {key: getattr(joint, name) for name, key in FORCES.items()}
     forces = {"ref": reference, **forces}
-    found = {"name": joint.name, "type": kind, "axis": numbers_text(axis)}
-    found |= {"pos": numbers_text(point)} if point.any() else {}
-    found |= {"range": _ends(joint.limits.position)} if joint.limits.position else {}
-    return found | {key: numbers_text([x]) for key, x in forces.items() if x}
+    attributes = {"name": joint.name, "type": kind, "axis": numbers_text(axis)}
+    attributes |= {"pos": numbers_text(point)} if point.any() else {}
+    attributes |= {"range": _ends(joint.limits.position)} if joint.limits.position else {}
+    return attributes | {key: numbers_text([x]) for key, x in forces.items() if x}
 
 
 def _ends(limits: Range) -> str:
@@ -264,12 +271,7 @@ def _ends(limits: Range) -> str:
 
 
 def _lost_limits(joint: LinkJoint) -> str:
-    """A comment on limits that MJCF has not."""
+    """Return a comment on limits that MJCF cannot hold."""
     names = ("velocity", "acceleration") if joint.driven else ("velocity", "acceleration", "torque")
     lost = [name for name in names if getattr(joint.limits, name) is not None]
     return f" left out: limits of {' and '.join(lost)} of {joint.name} " if lost else ""
-
-
-def plain(numbers: Array, size: float = 1.0) -> Array:
-    """Numbers without what rounding leaves of a zero, where others are of this size."""
-    return np.where(np.abs(numbers) <= ROUNDING * size, 0.0, numbers)

@@ -14,16 +14,22 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from symoro_elastic.formats.central import ENTRIES
 from symoro_elastic.formats.robots.axis_frames import Axis, frame_on
-from symoro_elastic.formats.robots.displacements import (
+from symoro_elastic.formats.robots.joint_tree import (
     ROUNDING,
     Tolerance,
+    Tree,
+    angle_cell,
     length_cell,
     number_cell,
     placement_of,
+    rotation,
     rows_of,
+    rpy_of,
+    tree_of,
 )
-from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
+from symoro_elastic.formats.robots.loop_variables import following_joints
 from symoro_elastic.formats.robots.robot import (
     Connection,
     Description,
@@ -32,6 +38,7 @@ from symoro_elastic.formats.robots.robot import (
     Link,
     LinkJoint,
     Mimicked,
+    PlacedFrame,
     Placement,
     refuse_out_of_range,
 )
@@ -40,9 +47,21 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import BodyShape, DescribedMachine, Origin
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.limits import Limits, within_machine
-from symoro_elastic.machine.machine import Base, Body, Closing, Floating, Friction, Joint, Kind, Loop, Spring, Vector3
+from symoro_elastic.machine.machine import (
+    Base,
+    Body,
+    Closing,
+    Floating,
+    Friction,
+    Joint,
+    Kind,
+    Loop,
+    NamedFrame,
+    Spring,
+    Vector3,
+)
 from symoro_elastic.machine.names import did_you_mean, list_of_names, quote
-from symoro_elastic.machine.springs_beside_motors import with_springs_beside
+from symoro_elastic.quantities.frames import BASE
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
 """Ends of the names of rows that no joint or link has: of frames between nearly parallel axes, and of loops."""
@@ -54,7 +73,7 @@ MOST_ERROR = 1e-12
 
 @dataclass(frozen=True)
 class Deviation:
-    """The largest rotation, rad, and displacement, m, between a frame of the table and the same of the robot."""
+    """The largest rotation, rad, and displacement, m, between frames of the table and of the robot."""
 
     rotation: float
     translation: float
@@ -62,7 +81,7 @@ class Deviation:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The table of a robot and what it leaves of it: `machine`, and the `deviation` of its frames at position 0."""
+    """The table of a robot: `machine`, and the `deviation` of its frames at position 0."""
 
     machine: DescribedMachine
     deviation: Deviation
@@ -92,7 +111,7 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A frame that gets a row: the joint that carries it, None on frame 0, and its placement in that joint's frame.
+    """A frame with a row: its carrying joint, None on frame 0, and its placement in that joint's frame.
 
     `joint` is the joint that moves it there; a leaf and the ends of a loop have none. `closes` is the connection whose
     cut joint it is.
@@ -121,49 +140,112 @@ class _Builder:
             name=description.name,
             joints=tuple(self._following(row) for row in self.rows),
             base=Base(gravity=_vector(description.gravity)),
-            floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
+            floating=self._floating,
             source=self.source,
             origin=Origin(remarks=(*description.remarks, *self._remarks()), shapes=tuple(self._shapes())),
         )
         limits = within_machine(Limits({joint.name: joint.limits for joint in self.tree.moving}), machine)
-        return with_springs_beside(replace(machine, loops=tuple(self._loops(machine)), limits=limits))
+        loops, frames = tuple(self._loops(machine)), tuple(self._named_frames())
+        return replace(machine, loops=loops, limits=limits, frames=frames)
+
+    @property
+    def _floating(self) -> Floating | None:
+        joint = self.tree.floating
+        damping = length_cell(joint.damping, 0.0) if joint else ZERO
+        body = self._body_on(None)
+        return Floating(body=body, linear_damping=damping, angular_damping=damping) if joint else None
+
+    def _named_frames(self) -> Iterator[NamedFrame]:
+        """The frames of the file on the rows of the table, without those equal to a row of the same name."""
+        by_name: dict[str, list[tuple[str, str, Placement]]] = {}
+        for frame in self.tree.description.frames:
+            if frame.link not in self.tree.carrying:
+                continue
+            on, at = self._on_row(frame)
+            places = by_name.setdefault(frame.name, [])
+            if all(row != on or not self._is_still(at.inverse * place) for _, row, place in places):
+                places.append((frame.what, on, at))
+        rows = {row.name for row in self.rows}
+        for name, those in by_name.items():
+            for what, on, at in those:
+                is_own = len(those) == 1 and on != BASE and name == (on or BASE)
+                if not (is_own and self._is_still(at)):
+                    is_free = len(those) == 1 and name != BASE and (is_own or name not in rows)
+                    yield self._named_frame(name if is_free else f"{what} {name}", on, at)
+
+    def _on_row(self, frame: PlacedFrame) -> tuple[str, Placement]:
+        """The row that carries a frame, empty for frame 0, and its placement there."""
+        if frame.link in self._leaves_with_rows:
+            return frame.link, frame.placement
+        carried = self.tree.carrying[frame.link]
+        at = self._frame_of(carried.joint).inverse * carried.placement * frame.placement
+        return carried.joint.name if carried.joint else "", at
+
+    @cached_property
+    def _leaves_with_rows(self) -> frozenset[str]:
+        """Names of the leaves that differ from joints with a row."""
+        return frozenset(joint.child for joint in self.tree.leaves) - {joint.name for joint in self.tree.moving}
+
+    def _is_still(self, at: Placement) -> bool:
+        """Return whether a placement is the identity within rounding."""
+        largest = max(float(np.abs(at.rotation - np.eye(3)).max()), float(np.abs(at.translation).max()) / self.size)
+        return largest <= ROUNDING
+
+    def _named_frame(self, name: str, on: str, at: Placement) -> NamedFrame:
+        x, y, z = (length_cell(float(value), self.tolerance.length) for value in at.translation)
+        roll, pitch, yaw = (angle_cell(angle, self.tolerance) for angle in rpy_of(at.rotation))
+        return NamedFrame(name, on, (x, y, z), (roll, pitch, yaw))
 
     def _remarks(self) -> Iterator[str]:
-        """What the table holds that the user of the robot may not expect."""
+        """Yield remarks on entries of the table that may surprise users of the robot."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
             limited = any(joint.limits for joint in self.tree.moving if joint.follows)
             without = "without a variable, and without limits" if limited else "without a variable"
             yield f"joints that mimic others become coupled rows, {without}: {list_of_names(followers)}"
-        unknown = [one.name for one in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(one))]
+        unknown = [joint.name for joint in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(joint))]
         empty = [row.name for row in self.rows if row.name in unknown and row.rotor_inertia.is_zero]
-        if empty:
+        if len(empty) == len(self.tree.moving):
+            yield "no link has a mass in the file"
+        elif empty:
             yield f"the links on these joints have no mass in the file and are massless: {list_of_names(empty)}"
         on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]
-        held = sum(link.mass for link, _ in self.tree.links_on(None))
-        if held and len(on_base) > 1 and not self.tree.floating:
+        mass = sum(link.mass for link, _ in self.tree.links_on(None))
+        if mass and len(on_base) > 1 and not self.tree.floating:
             yield (
-                f"link {quote(self.tree.root)} is held, its mass of {held:g} kg is at rest: a floating base is the "
+                f"link {quote(self.tree.root)} is held, its mass of {mass:g} kg is at rest: a floating base is the "
                 "child of a floating joint"
             )
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Between the frames of the rows and those of the robot, at position 0."""
-        realized = [Placement()]
-        for row in self.rows:
-            realized.append(realized[row.antecedent] * placement_of(row))
-        wanted: dict[str, Placement] = {}
+        """Between the frames of the machine and those of the robot, at position 0."""
         largest = [0.0, 0.0]
-        for placed, number in zip(self.placed, self.numbers, strict=True):
-            before = wanted[placed.carrier.name] if placed.carrier else Placement()
-            target = before * self._displacement(placed)
-            if placed.joint:
-                wanted[placed.joint.name] = target
-            between = target.inverse * realized[number]
+        for realized, target in self._realized_and_wanted():
+            between = target.inverse * realized
             errors = (np.abs(between.rotation - np.eye(3)).max(), np.abs(between.translation).max())
             largest = [max(pair) for pair in zip(largest, map(float, errors), strict=True)]
         return Deviation(*largest)
+
+    def _realized_and_wanted(self) -> Iterator[tuple[Placement, Placement]]:
+        """Placements at position 0 of the frames of rows, then of the file's, by the table and by the robot."""
+        realized = [Placement()]
+        for row in self.rows:
+            realized.append(realized[row.antecedent] * placement_of(row))
+        wanted: dict[str, Placement] = {"": Placement()}
+        for row_frame, number in zip(self.row_frames, self.numbers, strict=True):
+            target = wanted[row_frame.carrier.name if row_frame.carrier else ""] * self._displacement(row_frame)
+            if row_frame.joint:
+                wanted[row_frame.joint.name] = target
+            yield realized[number], target
+        rows = {"": 0} | {row.name: k for k, row in reversed([*enumerate(self.rows, start=1)])}
+        for frame in self.tree.description.frames:
+            if carried := self.tree.carrying.get(frame.link):
+                on, at = self._on_row(frame)
+                named = self._named_frame(frame.name, on, at)
+                place = Placement(rotation(*(x.value() for x in named.rpy)), np.array([x.value() for x in named.at]))
+                before = wanted[carried.joint.name if carried.joint else ""] * self._frame_of(carried.joint).inverse
+                yield realized[rows[on]] * place, before * carried.placement * frame.placement
 
     @cached_property
     def size(self) -> float:
@@ -174,12 +256,12 @@ class _Builder:
 
     @cached_property
     def tolerance(self) -> Tolerance:
-        """What is taken for zero."""
+        """Angles and lengths that count as zero."""
         return Tolerance.of(self.snap, self.size) if self.snap else Tolerance.rounding(self.size)
 
     @cached_property
-    def placed(self) -> tuple[Placed, ...]:
-        """What gets a row: joints that move, then leaves and the ends of connections."""
+    def row_frames(self) -> tuple[Placed, ...]:
+        """Frames with rows: moving joints, then leaves and the ends of connections."""
         tree = self.tree
         moving = [Placed(j.name, tree.carrier(j), tree.seat(j) * self._frame_of(j), j) for j in tree.moving]
         leaves = [Placed(joint.child, tree.carrier(joint), tree.seat(joint)) for joint in tree.leaves]
@@ -204,25 +286,37 @@ class _Builder:
         """The loops that the connections close: the last rows of the machine are their ends."""
         connections = self.tree.description.connections
         ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
+        following = following_joints(self.tree, connections, self._slopes)
         for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
             closes = Closing.POINT if connection.holding is Holding.POINT else Closing.FRAME
-            loop = Loop(connection.name, cut, end, closes)
+            loop = Loop(connection.name, cut, end, closes, following.get(connection.name, ()))
             owners = map(machine.joint, machine.with_variable_in(loop)) if connection.start else ()
-            start = {str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
+            start = {str(joint.variable): number_cell(connection.start.get(joint.name, 0.0)) for joint in owners}
             yield replace(loop, start=start)
 
     @cached_property
+    def _slopes(self) -> dict[str, tuple[str, float]]:
+        """The independent joints of followers, and their ratios about position 0."""
+        laws = {joint.name: self.followers.leader(joint) for joint in self.tree.moving if joint.follows}
+        return {name: (law.joint, law.multiplier) for name, law in laws.items()}
+
+    @property
+    def followers(self) -> Followers:
+        """The joints of the robot that follow others."""
+        return Followers(self.tree, self.source)
+
+    @cached_property
     def frames(self) -> dict[str, Placement]:
-        """The frame of each moving joint in the table, in the frame of the joint in the description."""
-        found: dict[str, Placement] = {}
+        """The frames of moving joints in the table, in their frames of the description."""
+        frames: dict[str, Placement] = {}
         for joint in self.tree.moving:
             carrier = self.tree.carrier(joint)
-            before = self.tree.seat(joint).inverse * (found[carrier.name] if carrier else Placement())
-            found[joint.name] = frame_on(Axis(np.zeros(3), joint.axis), before, self._axis_after(joint))
-        return found
+            before = self.tree.seat(joint).inverse * (frames[carrier.name] if carrier else Placement())
+            frames[joint.name] = frame_on(Axis(np.zeros(3), joint.axis), before, self._axis_after(joint))
+        return frames
 
     def _axis_after(self, joint: LinkJoint) -> Axis | None:
-        """The axis of the joint that follows, the one that carries most."""
+        """The axis of the next joint, the one that carries most."""
         for after in self.tree.carried_joints[joint.name]:
             seat = self.tree.seat(after)
             return Axis(seat.translation, seat.rotation @ after.axis)
@@ -232,18 +326,18 @@ class _Builder:
         """The frame of a joint that moves, else that of its link."""
         return self.frames.get(joint.name, Placement()) if joint else Placement()
 
-    def _displacement(self, placed: Placed) -> Placement:
+    def _displacement(self, frame: Placed) -> Placement:
         """Placement of the frame of a row in that of the row that carries it."""
-        return self._frame_of(placed.carrier).inverse * placed.target
+        return self._frame_of(frame.carrier).inverse * frame.target
 
     @property
     def rows(self) -> list[Joint]:
-        """The rows of the table; coupled ones without what they follow."""
+        """The rows of the table; coupled ones without their formulas."""
         return self._rows_and_numbers[0]
 
     @property
     def numbers(self) -> list[int]:
-        """The number of the row of each placed frame."""
+        """Row numbers of the placed frames."""
         return self._rows_and_numbers[1]
 
     @cached_property
@@ -251,25 +345,25 @@ class _Builder:
         rows: list[Joint] = []
         numbers: list[int] = []
         of_joints: dict[str, int] = {}
-        for placed in self.placed:
-            antecedent = of_joints[placed.carrier.name] if placed.carrier else 0
-            *seats, last = rows_of(self._displacement(placed), self.tolerance)
+        for frame in self.row_frames:
+            antecedent = of_joints[frame.carrier.name] if frame.carrier else 0
+            *seats, last = rows_of(self._displacement(frame), self.tolerance)
             for seat in seats:
-                rows.append(seat.put_into(Joint(placed.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
+                rows.append(seat.put_into(Joint(frame.name + SEAT, antecedent, Kind.FIXED, 2), self.tolerance))
                 antecedent = len(rows)
             numbers.append(len(rows) + 1)
-            if placed.joint:
-                of_joints[placed.joint.name] = numbers[-1]
-            rows.append(last.put_into(self._row(placed, antecedent, numbers[-1]), self.tolerance))
+            if frame.joint:
+                of_joints[frame.joint.name] = numbers[-1]
+            rows.append(last.put_into(self._row(frame, antecedent, numbers[-1]), self.tolerance))
         return rows, numbers
 
-    def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
+    def _row(self, frame: Placed, antecedent: int, number: int) -> Joint:
         """The row of a joint, without its geometric parameters."""
-        joint = placed.joint
-        if joint is None and placed.closes and placed.closes.holding is Holding.AXIS:
-            return Joint(placed.name, antecedent, Kind.CUT, 0, f"q{number}")
+        joint = frame.joint
+        if joint is None and frame.closes and frame.closes.holding is Holding.AXIS:
+            return Joint(frame.name, antecedent, Kind.CUT, 0, f"q{number}")
         if joint is None:
-            return Joint(placed.name, antecedent, Kind.CUT if placed.closes else Kind.FIXED, 2)
+            return Joint(frame.name, antecedent, Kind.CUT if frame.closes else Kind.FIXED, 2)
         kind, sigma = kind_of(joint, self.source), int(joint.type is JointType.PRISMATIC)
         variable = None if kind is Kind.COUPLED else f"q{number}"
         row = Joint(joint.name, antecedent, kind, sigma, variable, body=self._body_on(joint))
@@ -282,7 +376,7 @@ class _Builder:
         return body_of(links, self.tolerance.length, self.snap)
 
     def _shapes(self) -> Iterator[BodyShape]:
-        """What the bodies look like, in the frames of the table."""
+        """Shapes of the bodies, in the frames of the table."""
         for joint in (None, *self.tree.moving):
             into = self._frame_of(joint).inverse
             for link, place in self.tree.links_on(joint):
@@ -290,16 +384,16 @@ class _Builder:
                 yield from (replace(shape, joint=on, points=at @ shape.points) for shape in link.shapes)
 
     def _following(self, row: Joint) -> Joint:
-        """The row, a coupled one with the formula of the variable that it follows."""
+        """Return the row, a coupled one with the formula of the variable that it follows."""
         if row.kind is not Kind.COUPLED:
             return row
-        joint = next(one for one in self.tree.moving if one.name == row.name)
-        variables = {one.name: one.variable for one in self.rows if one.variable}
-        return row.with_selected(Followers(self.tree, self.source).cell(joint, row.selected, variables))
+        joint = next(candidate for candidate in self.tree.moving if candidate.name == row.name)
+        variables = {described.name: described.variable for described in self.rows if described.variable}
+        return row.with_selected(self.followers.cell(joint, row.selected, variables))
 
 
 def kind_of(joint: LinkJoint, source: str) -> Kind:
-    """The kind of a joint that moves, that of its motor where it has a spring too; raises `InputError`."""
+    """Kind of a moving joint, that of its motor if it has a spring too; raises `InputError`."""
     if joint.follows and joint.stiffness:
         what = "it has a spring and follows another joint: a coupled row has no spring"
         raise InputError(source, f"joint {quote(joint.name)}", what)
@@ -315,15 +409,15 @@ def with_forces(row: Joint, joint: LinkJoint) -> Joint:
 
     Damping is that of the spring, but friction where there is a motor.
     """
-    stiffness, neutral, damping, dry, rotor = (
+    stiffness, neutral, damping, dry, rotor, ball = (
         length_cell(x, 0.0)
-        for x in (joint.stiffness, joint.neutral, joint.damping, joint.friction, joint.rotor_inertia)
+        for x in (joint.stiffness, joint.neutral, joint.damping, joint.friction, joint.rotor_inertia, joint.ball)
     )
     elastic = row.kind is Kind.ELASTIC
     return replace(
         row,
         spring=Spring(stiffness, damping if elastic else ZERO, neutral),
-        friction=Friction(coulomb=dry) if elastic else Friction(damping, dry),
+        friction=Friction(coulomb=dry) if elastic else Friction(damping, dry, ball=ball),
         rotor_inertia=rotor,
     )
 
@@ -333,16 +427,13 @@ def _vector(values: Iterable[float]) -> Vector3:
     return x, y, z
 
 
-ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-
-
 def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: float = 0.0) -> Body:
-    """The body that links with these placements make, about its centre of mass in the frame of the placements.
+    """Return the body of links with these placements, about its centre of mass in the frame of the placements.
 
     Coordinates of the centre below `length`, m, and products of inertia below `products` of the trace are zero.
     """
-    whole = together(links)
-    mass, center, inertia = whole.mass, whole.center, whole.inertia
+    link = together(links)
+    mass, center, inertia = link.mass, link.center, link.inertia
     trace = float(np.trace(inertia))
     least = [max(products, ROUNDING) * trace, ROUNDING * trace]
     if not mass and not np.any(inertia):
@@ -353,26 +444,22 @@ def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: fl
 
 
 def together(links: Iterable[tuple[Link, Placement]]) -> Link:
-    """The link that links with these placements make, in the frame of the placements."""
-    placed = [
-        (link.mass, place.rotation @ link.center + place.translation, _turned(link, place)) for link, place in links
-    ]
-    mass = float(sum(m for m, _, _ in placed))
-    center = sum((m * c for m, c, _ in placed), np.zeros(3)) / mass if mass else np.zeros(3)
-    inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in placed), np.zeros((3, 3)))
+    """Return the link equivalent to links with these placements, in the frame of the placements."""
+    inertias = [(x.mass, at.rotation @ x.center + at.translation, _inertia_in_axes(x, at)) for x, at in links]
+    mass = float(sum(m for m, _, _ in inertias))
+    center = sum((m * c for m, c, _ in inertias), np.zeros(3)) / mass if mass else np.zeros(3)
+    inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in inertias), np.zeros((3, 3)))
     return Link("", mass, center, inertia, frame_only=not mass and not np.any(inertia))
 
 
-def _turned(link: Link, place: Placement) -> Array:
+def _inertia_in_axes(link: Link, place: Placement) -> Array:
     """The inertia of a link about its centre of mass, in axes of the frame in which it is placed."""
-    turned: Array = place.rotation @ link.inertia @ place.rotation.T
-    return turned
+    return np.asarray(place.rotation @ link.inertia @ place.rotation.T)
 
 
 def _point_mass(c: Array) -> Array:
     """Inertia about the origin of a unit mass at c."""
-    tensor: Array = (c @ c) * np.eye(3) - np.outer(c, c)
-    return tensor
+    return np.asarray((c @ c) * np.eye(3) - np.outer(c, c))
 
 
 @dataclass(frozen=True)
@@ -383,34 +470,34 @@ class Followers:
     source: str
 
     def leader(self, joint: LinkJoint) -> Mimicked:
-        """The joint with a variable of its own that a joint follows, through others that follow it too.
+        """The independent joint that a joint follows, through other followers.
 
         Raises `InputError` for one that follows itself, or no joint that moves.
         """
-        joints = {one.name: one for one in self.tree.description.joints}
+        joints = {x.name: x for x in self.tree.description.joints}
         assert joint.follows is not None
-        found, seen = joint.follows, [joint.name]
+        followed, visited = joint.follows, [joint.name]
         while True:
-            if found.joint not in joints:
-                what = f"it mimics {quote(found.joint)}, which is not a joint{did_you_mean(found.joint, joints)}"
+            if followed.joint not in joints:
+                what = f"it mimics {quote(followed.joint)}, which is not a joint{did_you_mean(followed.joint, joints)}"
                 raise self._wrong(joint, what)
-            leader = joints[found.joint]
-            if leader.name in seen:
+            leader = joints[followed.joint]
+            if leader.name in visited:
                 what = "mimics it" if leader is joint else "follows itself"
                 raise self._wrong(joint, f"it mimics {quote(joint.follows.joint)}, which {what}: break the cycle")
             if leader.type in (JointType.FIXED, JointType.FLOATING):
                 raise self._wrong(joint, f"it mimics {quote(leader.name)}, which has no variable of its own")
-            if not any((found.multiplier, *found.powers)):
+            if not any((followed.multiplier, *followed.powers)):
                 raise self._wrong(joint, "its multiplier is 0: a joint that does not move is fixed")
             if leader.follows is None:
-                return found
-            seen.append(leader.name)
-            found = _composed(found, leader.follows)
+                return followed
+            visited.append(leader.name)
+            followed = _composition(followed, leader.follows)
 
     def cell(self, joint: LinkJoint, offset: Formula, variables: Mapping[str, str]) -> Formula:
         """The cell of a joint that follows another: a polynomial of that variable, and the offset of the joint."""
         leader = self.leader(joint)
-        types = {one.name: one.type for one in self.tree.description.joints}
+        types = {x.name: x.type for x in self.tree.description.joints}
         variable = variables[leader.joint]
         if abs(leader.multiplier) == 1.0 and types[leader.joint] is joint.type:
             text = variable if leader.multiplier > 0 else f"-{variable}"
@@ -426,8 +513,8 @@ class Followers:
         return InputError(self.source, f"joint {quote(joint.name)}", what)
 
 
-def _composed(outer: Mimicked, inner: Mimicked) -> Mimicked:
-    """What a joint follows through another one that follows it."""
-    law, of = (Polynomial([one.offset, one.multiplier, *one.powers]) for one in (outer, inner))
+def _composition(outer: Mimicked, inner: Mimicked) -> Mimicked:
+    """Return the law of a joint that follows a follower."""
+    law, of = (Polynomial([mimicked.offset, mimicked.multiplier, *mimicked.powers]) for mimicked in (outer, inner))
     offset, multiplier, *powers = map(float, law(of).coef)
     return Mimicked(inner.joint, multiplier, offset, tuple(powers))

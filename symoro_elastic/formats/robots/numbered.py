@@ -1,20 +1,21 @@
-"""A machine as links and joints in numbers: the way back from the table, for formats that are written.
+"""A machine as links and joints in numbers: the inverse of the table, for formats that are written.
 
-Each row is a link on a joint, in the frame of the row, and both have its name. Ends of loops that are nothing else are
-parts of their loops. What a format lacks is refused by the joint.
+Each row is a link on a joint. Both have its name, and their frame is that of the row, unless the machine has a frame of
+this name, which a robot that was read has: then it is that frame, and the link has the name of the first other frame
+there. Ends of loops that are nothing else are parts of their loops. What a format lacks is refused by the joint.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from symoro_elastic.formats.robots.displacements import about_x, about_z
+from symoro_elastic.formats.robots.joint_tree import ROUNDING, about_x, about_z, rotation
 from symoro_elastic.formats.robots.robot import (
     Connection,
     Description,
@@ -23,6 +24,7 @@ from symoro_elastic.formats.robots.robot import (
     Link,
     LinkJoint,
     Mimicked,
+    PlacedFrame,
     Placement,
 )
 from symoro_elastic.foundation.array_types import Array
@@ -33,8 +35,9 @@ from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.loops import Closing, Loop
-from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, Machine
 from symoro_elastic.machine.names import distinct, quote
+from symoro_elastic.quantities.frames import SITE, kind_and_name
 
 TYPES = {0: JointType.REVOLUTE, 1: JointType.PRISMATIC, 2: JointType.FIXED}
 Z = np.array([0.0, 0.0, 1.0])
@@ -46,15 +49,15 @@ SMOOTH = {
 }
 """Laws of dry friction that formats of robots lack."""
 DROPPED = {"motors": "rotors", **dict.fromkeys(SMOOTH, "creep")}
-"""The part of `--drop` where it is not called as the section, or the column, of the table."""
+"""The part of `--drop`, if its name differs from the section, or the column, of the table."""
 
 
 @dataclass(frozen=True)
 class Holds:
-    """What a format of robots can say.
+    """Entries that a format of robots can hold.
 
     `title` is its name, `lacks` says in words what it has not, by section or column of the table. Joints follow others
-    by polynomials of at most this `degree`, which `following` says. `passive` and `any_gravity` say whether it tells
+    by polynomials of at most this `degree`, which `following` states. `passive` and `any_gravity` say whether it tells
     joints with motors from others, and gravity.
     """
 
@@ -67,7 +70,7 @@ class Holds:
 
 
 def robot_of(machine: Machine, holds: Holds) -> Description:
-    """The robot that a machine is; raises `InputError` that names the joint, the cell or the parameter."""
+    """Return the robot of a machine; raises `InputError` that names the joint, the cell or the parameter."""
     return _Robot(machine, holds).description
 
 
@@ -82,58 +85,109 @@ class _Robot:
     def description(self) -> Description:
         machine = self.machine
         self._refuse()
-        rows = [(j, row) for j, row in enumerate(machine.joints, start=1) if j not in self.ends]
         body = machine.floating.body if machine.floating else Body()
-        links = (self._link(self.base, body, "base"), *(self._link(r.name, r.body, place_of(j, r)) for j, r in rows))
-        joints = tuple(self._joint(j, row) for j, row in rows)
+        links = tuple(self._link(j, body, place) for j, body, place in ((0, body, "base"), *self._bodies()))
+        joints = tuple(self._joint(j, machine.joint(j)) for j, _, _ in self._bodies())
         if machine.floating:
             links = (Link(self.world), *links)
             floating = distinct(f"{self.base}_joint", [row.name for row in machine.joints])
-            joints = (LinkJoint(floating, JointType.FLOATING, self.world, self.base), *joints)
+            damping = self._damping_of_base(machine.floating)
+            joints = (LinkJoint(floating, JointType.FLOATING, self.world, self.base, damping=damping), *joints)
         connections = tuple(map(self._connection, machine.loops))
         remarks = machine.origin.notes if isinstance(machine, DescribedMachine) else ()
-        return Description(machine.name, links, joints, connections, self._gravity(machine.base), remarks)
+        gravity, frames = self._gravity(machine.base), tuple(self._other_frames())
+        return Description(machine.name, links, joints, connections, gravity, remarks, frames)
+
+    def _bodies(self) -> Iterator[tuple[int, Body, str]]:
+        """Rows that are not ends of loops: number, body and place."""
+        numbered = enumerate(self.machine.joints, start=1)
+        yield from ((j, row.body, place_of(j, row)) for j, row in numbered if j not in self.ends)
+
+    @cached_property
+    def frames(self) -> dict[int, list[tuple[str, Placement]]]:
+        """Named frames by the row that carries them: names without their kind, and placements."""
+        rows = {joint.name: j for j, joint in enumerate(self.machine.joints, start=1)}
+        frames: dict[int, list[tuple[str, Placement]]] = {}
+        for frame in self.machine.frames:
+            place = f"frame {frame.name}"
+            x, y, z, *rpy = (self._number(place, cell, formula) for cell, formula in cells(frame))
+            placed_frame = kind_and_name(frame.name)[1], Placement(rotation(*rpy), np.array([x, y, z]))
+            frames.setdefault(rows.get(frame.on, 0), []).append(placed_frame)
+        return frames
+
+    @cached_property
+    def shifts(self) -> dict[int, Placement]:
+        """Placement of each link's frame in that of its row, on whose axis it lies; identities omitted."""
+        shifts = {}
+        for j, row in enumerate(self.machine.joints, start=1):
+            own = dict(self.frames.get(j, ())).get(row.name)
+            if own and (row.sigma != 0 or not plain(own.translation[:2], 1.0).any()):
+                shifts[j] = own
+        return shifts
+
+    def _shift(self, j: int) -> Placement:
+        return self.shifts.get(j, Placement())
+
+    @cached_property
+    def links(self) -> dict[int, str]:
+        """Names of the links of the rows, and of frame 0."""
+        rows = {joint.name for joint in self.machine.joints}
+        names = {}
+        for j, row in enumerate((None, *self.machine.joints)):
+            moving = row is None or row.sigma != 2
+            here = [name for name, at in self.frames.get(j, ()) if name not in rows and self._is_link(j, at)]
+            names[j] = here[0] if moving and here else row.name if row else self._free("base")
+        return names
+
+    def _is_link(self, j: int, placement: Placement) -> bool:
+        """Whether a frame is that of the link of a row."""
+        between = (self._shift(j).inverse * placement).matrix - np.eye(4)
+        return not plain(between, max(1.0, float(np.abs(placement.translation).max()))).any()
+
+    def _other_frames(self) -> Iterator[PlacedFrame]:
+        """The named frames that are not those of links or joints."""
+        fixed = {self._fixed_joint(j) for j, row in enumerate(self.machine.joints, start=1) if row.sigma == 2}
+        used = {*self.links.values(), *(joint.name for joint in self.machine.joints), *fixed}
+        for j, frames in self.frames.items():
+            for name, place in frames:
+                if name not in used or not self._is_link(j, place):
+                    yield PlacedFrame(distinct(name, used), SITE, self.links[j], self._shift(j).inverse * place)
+                    used.add(distinct(name, used))
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Values of the parameters."""
+        """Values of parameters."""
         return parameter_values(self.machine)
 
     @cached_property
     def limits(self) -> Limits:
-        """Limits of its joints."""
+        """Limits of the joints."""
         return limits_of(self.machine)
 
     @cached_property
     def base(self) -> str:
-        """A name for the link whose frame is frame 0."""
-        return self._free("base")
+        """The name of the link whose frame is frame 0."""
+        return self.links[0]
 
     @cached_property
     def world(self) -> str:
-        """A name for the link in which the base floats."""
+        """Name of the link in which the base floats."""
         return self._free("world")
 
     @cached_property
     def ends(self) -> frozenset[int]:
-        """Numbers of the rows that are ends of loops and nothing else: cut joints, and frames that they meet."""
-        carrying = {*self.machine.antecedents}
-        meeting = {
-            loop.meets
-            for loop in self.machine.loops
-            if loop.meets not in carrying and self._is_frame(self.machine.joint(loop.meets))
-        }
-        return frozenset(meeting | {loop.cut for loop in self.machine.loops})
+        """Numbers of the rows that are only ends of loops: cut joints, and frames that they meet."""
+        carrying, loops = {*self.machine.antecedents}, self.machine.loops
+        rows = {loop.meets: self.machine.joint(loop.meets) for loop in loops if loop.meets not in carrying}
+        meeting = {j for j, row in rows.items() if row.sigma == 2 and row.body == Body()}
+        return frozenset(meeting | {loop.cut for loop in loops})
 
     def _free(self, name: str) -> str:
         names = {joint.name for joint in self.machine.joints}
         return name if name not in names else next(f"{name}_{k}" for k in range(2, 2000) if f"{name}_{k}" not in names)
 
-    def _is_frame(self, row: Joint) -> bool:
-        return row.sigma == 2 and row.body == Body()
-
     def _refuse(self) -> None:
-        """Raise `InputError` for what the format lacks."""
+        """Raise `InputError` for entries that the format cannot hold."""
         machine, lacks = self.machine, self.holds.lacks
         if machine.loops and "loops" in lacks:
             raise machine.error(f"loop {machine.loops[0].name}", self._way_out("loops"))
@@ -154,17 +208,30 @@ class _Robot:
         what = f"{self.holds.title} has no {self.holds.lacks[key]}: write .toml, or leave them out"
         return f"{what} by --drop {DROPPED.get(key, key)}"
 
+    def _damping_of_base(self, floating: Floating) -> float:
+        """Damping of a free joint, one number for its velocities in N s/m and N m s/rad."""
+        ways = [(cell, formula) for cell, formula in cells(floating) if cell.column.section == "base"]
+        damping = {cell: formula for cell, formula in ways if not formula.is_zero}
+        values = {self._number("base", cell, formula) for cell, formula in damping.items()}
+        if damping and "base" in self.holds.lacks:
+            what = f"{self.holds.title} has no {self.holds.lacks['base']}"
+        elif damping and (len(damping) < 2 or len(values) > 1):
+            what = f"{self.holds.title} has one damping for both: give linear_damping and angular_damping one number"
+        else:
+            return max(values, default=0.0)
+        raise self.machine.error(f"base, {next(iter(damping)).label}", f"{what}, write .toml, or leave it out")
+
     def _gravity(self, base: Base) -> tuple[float, float, float]:
-        """Gravity, less the acceleration of a base that moves without turning, which has the same effect."""
-        found: dict[str, list[float]] = {"gravity": [], "acceleration": []}
+        """Gravity minus the acceleration of a base that does not rotate, which has the same effect."""
+        vectors: dict[str, list[float]] = {"gravity": [], "acceleration": []}
         for cell, formula in cells(base):
             turns = "angular" in cell.column.key
             if not formula.is_zero and (turns or (cell.column.key != "gravity" and not self.holds.any_gravity)):
                 kind = "turning" if turns and self.holds.any_gravity else "moving"
                 raise self.machine.error(cell.label, f"{self.holds.title} has no {kind} base: leave it out")
-            if cell.column.key in found:
-                found[cell.column.key].append(self._number(cell.column.key, cell, formula))
-        x, y, z = (g - a for g, a in zip(found["gravity"], found["acceleration"], strict=True))
+            if cell.column.key in vectors:
+                vectors[cell.column.key].append(self._number(cell.column.key, cell, formula))
+        x, y, z = (g - a for g, a in zip(vectors["gravity"], vectors["acceleration"], strict=True))
         return x, y, z
 
     def _number(self, place: str, cell: Cell, formula: Formula) -> float:
@@ -180,8 +247,9 @@ class _Robot:
         except FormulaError as error:
             raise self.machine.error(f"{place}, {cell.label}", str(error)) from None
 
-    def _link(self, name: str, body: Body, place: str) -> Link:
+    def _link(self, j: int, body: Body, place: str) -> Link:
         """The link of a body, with its inertia about its centre of mass."""
+        name, into = self.links[j], self._shift(j).inverse
         if body == Body():
             return Link(name)
         mass, *numbers = (self._number(place, cell, formula) for cell, formula in cells(body))
@@ -194,14 +262,16 @@ class _Robot:
         elif not body.central and moments.any():
             what = f"first moments without mass: {self.holds.title} has a mass and its centre"
             raise self.machine.error(place, what)
-        return Link(name, mass, center, inertia, frame_only=False)
+        center = into.rotation @ center + into.translation
+        return Link(name, mass, center, into.rotation @ inertia @ into.rotation.T, frame_only=False)
 
     def _joint(self, j: int, row: Joint) -> LinkJoint:
         place, law = place_of(j, row), self._law(j, row)
-        parent = self._carrier(row)
-        given = self._placement(row, place, float(law.coef[0]) if law else None)
+        parent, child, shift = self._carrier(row), self.links[j], self._shift(j)
+        at = self._placement(row, place, float(law.coef[0]) if law else None)
+        placement = self._shift(row.antecedent).inverse * at * shift
         if row.sigma == 2:
-            return LinkJoint(row.name, JointType.FIXED, parent, row.name, given)
+            return LinkJoint(self._fixed_joint(j), JointType.FIXED, parent, child, placement)
         follows = None
         if law:
             leader = next(iter(row.selected.names & self.machine.variables.keys()))
@@ -209,7 +279,14 @@ class _Robot:
             follows = Mimicked(self.machine.joint(self.machine.variables[leader]).name, multiplier, 0.0, tuple(powers))
         forces = self._forces(row, place)
         forces |= {"driven": row.kind is Kind.MOTOR, "limits": self.limits.of(row.name)}
-        return LinkJoint(row.name, TYPES[row.sigma], parent, row.name, given, Z, **forces, follows=follows)
+        axis = shift.rotation.T @ Z
+        return LinkJoint(row.name, TYPES[row.sigma], parent, child, placement, axis, **forces, follows=follows)
+
+    def _fixed_joint(self, j: int) -> str:
+        """The name of a fixed joint: that of another frame at the place of its link, else that of the link."""
+        names = {joint.name for joint in self.machine.joints}
+        here = [name for name, at in self.frames.get(j, ()) if name not in names and self._is_link(j, at)]
+        return here[0] if here else self.links[j]
 
     def _forces(self, row: Joint, place: str) -> dict[str, Any]:
         """The forces on a joint that moves, as fields of its `LinkJoint`."""
@@ -225,22 +302,23 @@ class _Robot:
         }
 
     def _carrier(self, row: Joint) -> str:
-        return self.machine.joint(row.antecedent).name if row.antecedent else self.base
+        return self.links[row.antecedent]
 
     def _placement(self, row: Joint, place: str, offset: float | None = None) -> Placement:
-        """Placement of the row at position 0; `offset` stands for a formula in the cell that sigma selects."""
-        found = {}
+        """Placement of the row at position 0; `offset` replaces a formula in the cell that sigma selects."""
+        numbers = {}
         for cell, formula in cells(row):
             if cell.column.section == "joints":
-                given = offset is not None and cell.column.key == SELECTED[row.sigma]
-                found[cell.column.key] = offset if given else self._number(place, cell, formula)
-        gamma, b, alpha, d, theta, r = (float(found[key] or 0.0) for key in ("gamma", "b", "alpha", "d", "theta", "r"))
+                is_offset = offset is not None and cell.column.key == SELECTED[row.sigma]
+                numbers[cell.column.key] = offset if is_offset else self._number(place, cell, formula)
+        keys = ("gamma", "b", "alpha", "d", "theta", "r")
+        gamma, b, alpha, d, theta, r = (float(numbers[key] or 0.0) for key in keys)
         return about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
 
     def _law(self, j: int, row: Joint) -> Polynomial | None:
-        """What a coupled joint follows, a polynomial of one variable; None for others.
+        """The polynomial that a coupled joint follows; None for others.
 
-        Raises `InputError` for other couplings, and for one beside a variable of its own.
+        Raises `InputError` for other couplings, and for one in addition to an own variable.
         """
         names = row.selected.names & self.machine.variables.keys()
         if not names:
@@ -253,39 +331,68 @@ class _Robot:
         return law
 
     def _connection(self, loop: Loop) -> Connection:
-        """The two frames that a loop makes coincide."""
+        """The two frames that coincide in a loop."""
         place, cut, end = f"loop {loop.name}", self.machine.joint(loop.cut), self.machine.joint(loop.meets)
         if cut.sigma == 1 and loop.closes is Closing.FRAME:
             what = f"its cut joint {cut.name} slides, which {self.holds.title} has not: cut it at a joint that turns"
             raise self.machine.error(place, what)
         holding = Holding.POINT if loop.closes is Closing.POINT else Holding.FRAME if cut.sigma == 2 else Holding.AXIS
-        on_cut = self._placement(cut, place_of(loop.cut, cut))
-        second, on_end = end.name, Placement()
+        on_cut = self._shift(cut.antecedent).inverse * self._placement(cut, place_of(loop.cut, cut))
+        second, on_end = self.links[loop.meets], self._shift(loop.meets).inverse
         if loop.meets in self.ends:
-            second, on_end = self._carrier(end), self._placement(end, place_of(loop.meets, end))
+            at = self._placement(end, place_of(loop.meets, end))
+            second, on_end = self._carrier(end), self._shift(end.antecedent).inverse * at
         owners = {variable: self.machine.joint(j).name for variable, j in self.machine.variables.items()}
         start = {owners[x]: formula.value(self.values) for x, formula in loop.start.items() if x in owners}
         return Connection(loop.name, self._carrier(cut), second, on_cut, on_end, holding, start)
 
 
 def polynomial(formula: Formula, values: dict[str, float], name: str) -> Polynomial | None:
-    """A formula as a polynomial of one name, the others have values; None for one that is none."""
+    """A formula as a polynomial of a name, others by their values; None for other functions."""
     try:
         names = {"pi": np.pi, **values, name: Polynomial([0.0, 1.0])}
-        found = formula.evaluate(names, {each: _of_numbers(each) for each in FUNCTIONS})
+        value = formula.evaluate(names, {name: _of_numbers(name) for name in FUNCTIONS})
     except (FormulaError, ArithmeticError, KeyError, TypeError, ValueError):
         return None
-    return found.trim() if isinstance(found, Polynomial) and np.isfinite(found.coef).all() else None
+    return value.trim() if isinstance(value, Polynomial) and np.isfinite(value.coef).all() else None
 
 
 def _of_numbers(name: str) -> Any:
-    """A function of formulas, of numbers only."""
+    """A function of formulas, for numbers only."""
 
     def value(*arguments: Any) -> float:
         tree = (name, *(("name", f"x{k}") for k in range(len(arguments))))
         return Formula(name, tree).value({f"x{k}": float(x) for k, x in enumerate(arguments)})
 
     return value
+
+
+def with_frames_as_links(robot: Description) -> Description:
+    """The robot whose further frames are links without mass on fixed joints, two at one place a link and its joint."""
+    places: list[list[PlacedFrame]] = []
+    for frame in robot.frames:
+        pair = next((x for x in places if len(x) == 1 and _is_same(x[0], frame)), None)
+        if pair:
+            pair.append(frame)
+        else:
+            places.append([frame])
+    names = {joint.name for joint in robot.joints}
+    links = tuple(Link(frames[0].name) for frames in places)
+    joints = (
+        LinkJoint(
+            frames[-1].name if len(frames) > 1 else distinct(f"{frames[0].name}_fixed", names),
+            JointType.FIXED,
+            frames[0].link,
+            frames[0].name,
+            frames[0].placement,
+        )
+        for frames in places
+    )
+    return replace(robot, links=(*robot.links, *links), joints=(*robot.joints, *joints), frames=())
+
+
+def _is_same(first: PlacedFrame, second: PlacedFrame) -> bool:
+    return first.link == second.link and np.array_equal(first.placement.matrix, second.placement.matrix)
 
 
 def size_of(robot: Description) -> float:
@@ -303,3 +410,8 @@ def notes_of(robot: Description) -> Iterator[str]:
 def numbers_text(numbers: Array | list[float] | tuple[float, ...]) -> str:
     """Numbers as text that is read back to the last digit."""
     return " ".join(repr(float(x) + 0.0) for x in numbers)
+
+
+def plain(numbers: Array, size: float = 1.0) -> Array:
+    """Numbers with rounding errors of zeros removed, relative to the largest."""
+    return np.where(np.abs(numbers) <= ROUNDING * size, 0.0, numbers)

@@ -24,7 +24,7 @@ LARGEST = 1e50
 
 
 class JointType(StrEnum):
-    """What a joint lets its child link do."""
+    """Motion that a joint allows its child link."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -89,7 +89,8 @@ class LinkJoint:
     """The joint between two links, `placement` that of the child's frame in the parent's at position 0.
 
     `axis` (3,) is in the child's frame. `stiffness`, `neutral` position, `damping`, `friction` (dry) and
-    `rotor_inertia` are those of the joint's coordinate, and so are `limits`. `driven` says that a motor is there.
+    `rotor_inertia` are those of the joint's coordinate, and so are `limits`. `driven` says that a motor is there,
+    `ball` is the damping of the ball joint that this joint and the two before it make.
     """
 
     name: str
@@ -106,10 +107,11 @@ class LinkJoint:
     driven: bool = True
     follows: Mimicked | None = None
     limits: JointLimits = JointLimits()
+    ball: float = 0.0
 
 
 class Holding(StrEnum):
-    """What of two frames coincides: the origins, the origins and the z axes (a hinge), or the frames."""
+    """Components of two frames that coincide: origins, origins and z axes (a hinge), or the frames."""
 
     POINT = "point"
     AXIS = "axis"
@@ -118,7 +120,7 @@ class Holding(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Connection:
-    """Two links that are held together.
+    """Two links with frames that coincide.
 
     `on_first` and `on_second` place the frames that coincide in the links' frames, as far as `holding` says. `start`
     gives positions by joint at which they coincide, rad or m: they select the branch.
@@ -133,10 +135,21 @@ class Connection:
     start: Mapping[str, float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, eq=False)
+class PlacedFrame:
+    """A frame of the file: its name, `what` has it (a link, a joint or a site), and its `placement` on a link."""
+
+    name: str
+    what: str
+    link: str
+    placement: Placement = field(default_factory=Placement)
+
+
 @dataclass(frozen=True)
 class Description:
     """A robot: links, joints from parents to children, and connections that close loops.
 
+    `frames` are those that the file names: of links, of joints, which are those of their child links, and of sites.
     `gravity` is in the frame of the root link, m/s2. `remarks` say, a line each, what the file holds and the
     description does not.
     """
@@ -147,6 +160,7 @@ class Description:
     connections: tuple[Connection, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     remarks: tuple[str, ...] = ()
+    frames: tuple[PlacedFrame, ...] = ()
 
 
 def refuse_out_of_range(description: Description, source: str) -> None:
@@ -162,7 +176,7 @@ def refuse_out_of_range(description: Description, source: str) -> None:
 
 
 def _numbers(part: Any) -> Iterator[tuple[str, Array]]:
-    """Yield the numbers of a link, a joint or a connection by the name of the field; shapes are no part of models."""
+    """Yield the numbers of a link, a joint or a connection by the name of the field; models exclude shapes."""
     for key in fields(part):
         if key.name == "shapes":
             continue

@@ -1,8 +1,8 @@
-"""Tables of standard (distal) Denavit-Hartenberg parameters as links and joints.
+"""Tables of Denavit-Hartenberg parameters as links and joints.
 
-Row i: A_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), joint i about or along z of frame i - 1, link i and
-its inertia in frame i. Modified ones are A_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d). A flipped joint
-moves about or along -z.
+Standard (distal) ones, row i: A_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), joint i about or along z of
+frame i - 1, link i and its inertia in frame i. Modified (proximal) ones are A_i = Rot(x, alpha) Trans(x, a)
+Rot(z, theta) Trans(z, d), joint i about or along z of frame i. A flipped joint moves about or along -z.
 """
 
 from __future__ import annotations
@@ -11,26 +11,34 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.formats.files import name_of
-from symoro_elastic.formats.robots.displacements import about_x, about_z
-from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
-from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.formats.robots.joint_tree import about_x, about_z
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, PlacedFrame, Placement
 from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine import formula
 from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.rounded_angles import part_of_turn, remark_on
+from symoro_elastic.quantities.frames import JOINT, LINK
+from symoro_elastic.quantities.unit_reader import UnitError, conversion
 
 GRAVITY = (0.0, 0.0, -9.81)
 BASE, TOOL = "base", "tool"
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 MOST_ROWS = 1000
+CONVENTION = "convention"
+SETTING = re.compile(r"\s*#\s*(?P<key>convention|gravity)\s*[=:]\s*(?P<value>.+?)\s*", re.IGNORECASE)
+READ_AS_STANDARD = (
+    "no convention is given: read as standard (distal) parameters, Rot(z, theta) Trans(z, d) Trans(x, a) "
+    "Rot(x, alpha); write '# convention = standard' or '# convention = modified' above the table"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,22 +95,26 @@ def describe_links(
 ) -> Description:
     """The robot with these rows; `base` places frame 0 in the world, `tool` the tool in the last frame.
 
-    `gravity` is in axes of the world.
+    The frame of a row has the name of its joint. `gravity` is in axes of the world.
     """
-    links, joints, after, parent = [Link(BASE)], [], base or Placement(), BASE
+    links, joints, frames, after, parent = [Link(BASE)], [], [], base or Placement(), BASE
     for row in rows:
         place, child = row.after, f"link {len(links)}"
         inertia = place.rotation @ row.inertia @ place.rotation.T
         center = place.rotation @ row.center + place.translation
         links.append(Link(child, row.mass, center, inertia, frame_only=False))
         joints.append(_joint(row, parent, child, after * row.before))
+        frames.append(PlacedFrame(row.name, JOINT, child, place))
         after, parent = place, child
     links.append(Link(TOOL))
     joints.append(LinkJoint("tool joint", JointType.FIXED, parent, TOOL, after * (tool or Placement())))
-    return Description(name, tuple(links), tuple(joints), gravity=gravity)
+    frames.append(PlacedFrame(TOOL, LINK, TOOL))
+    return Description(name, tuple(links), tuple(joints), gravity=gravity, frames=tuple(frames))
 
 
 def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJoint:
+    if row.type is JointType.FIXED:
+        return LinkJoint(row.name, row.type, parent, child, place)
     axis = np.array([0.0, 0.0, -1.0 if row.flipped else 1.0])
     return LinkJoint(
         *(row.name, row.type, parent, child, place, axis),
@@ -113,10 +125,17 @@ def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJo
 
 
 def describe(text: str, source: str) -> Description:
-    """The robot in a CSV table: a header line, then a row for each joint; raises `InputError` that names the line."""
+    """The robot in a CSV table: a header line, then a row for each joint; raises `InputError` that names the line.
+
+    Comments `# convention = modified` and `# gravity = 0, -9.81, 0` hold for the whole table.
+    """
+    settings = dict(_settings(text, source))
     written = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     separator = separator_of(written[0] if written else "")
-    lines = list(csv.reader(written, delimiter=separator))
+    try:
+        lines = list(csv.reader(written, delimiter=separator))
+    except csv.Error as error:
+        raise InputError(source, "file", f"is not a table of columns: {error}") from None
     if separator != COMMA:
         lines = [*lines[:1], *_with_points(lines[1:], source)]
     if len(lines) < 2:
@@ -131,8 +150,39 @@ def describe(text: str, source: str) -> Description:
     for column in names:
         if names.count(column) > 1:
             raise InputError(source, "line 1", f"the column {column} occurs twice")
-    rows = [_row(cells, columns, k, source) for k, cells in enumerate(lines[1:], start=1)]
-    return describe_links(name_of(Path(source).stem), rows)
+    convention = settings.get(CONVENTION, "")
+    rows = [_row(cells, columns, k, source, convention) for k, cells in enumerate(lines[1:], start=1)]
+    exact = [replace(row, theta=part_of_turn(row.theta), alpha=part_of_turn(row.alpha)) for row in rows]
+    before, after = (np.array([(row.theta, row.alpha) for row in x]) for x in (rows, exact))
+    errors = np.abs(after - before)
+    remarks: tuple[str, ...] = () if convention or CONVENTION in names else (READ_AS_STANDARD,)
+    remarks += (remark_on(errors[errors > 0]),) if errors.any() else ()
+    robot = describe_links(name_of(Path(source).stem), exact, gravity=settings.get("gravity", GRAVITY))
+    return replace(robot, remarks=(*robot.remarks, *remarks))
+
+
+def _settings(text: str, source: str) -> Iterator[tuple[str, Any]]:
+    """Settings in comments: the convention of all rows, and gravity in axes of frame 0, m/s2."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not (setting := SETTING.fullmatch(line)):
+            continue
+        key, value = setting["key"].lower(), setting["value"]
+        if key == CONVENTION:
+            yield key, _convention(value, f"line {number}", source)
+            continue
+        try:
+            x, y, z = map(formula.number, re.split(r"[,;\s]+", value.strip("[]{}() ")))
+        except (formula.FormulaError, ValueError):
+            what = f"{quote(value)}: gravity has three numbers, m/s2, as in # gravity = 0, 0, -9.81"
+            raise InputError(source, f"line {number}", what) from None
+        yield key, (x, y, z)
+
+
+def _convention(text: str, place: str, source: str) -> str:
+    word = text.strip().lower()
+    if word not in CONVENTIONS:
+        raise InputError(source, place, f"{CONVENTION} = {quote(text)} must be one of {', '.join(CONVENTIONS)}")
+    return word
 
 
 def _with_points(rows: Iterable[Sequence[str]], source: str) -> Iterator[list[str]]:
@@ -145,19 +195,22 @@ def _with_points(rows: Iterable[Sequence[str]], source: str) -> Iterator[list[st
 
 
 def _column(word: str, source: str) -> tuple[DistalColumn, float]:
-    """A column from its header, and what its numbers are multiplied by: its unit may stand in brackets."""
-    match = re.fullmatch(r"\s*(\w+)\s*(?:\[\s*(\w+)\s*\])?\s*", word, re.ASCII)
-    known = {column.name: column for column in COLUMNS}
-    if not match or match[1] not in known:
-        names = did_you_mean(match[1] if match else word, known)
+    """Return a column from its header, and the factor of its numbers; a unit may follow in brackets."""
+    match = re.fullmatch(r"(\w+)\s*(?:[\[(](.+)[\])])?", word.strip())
+    by_name = {column.name: column for column in COLUMNS}
+    if not match or match[1] not in by_name:
+        names = did_you_mean(match[1] if match else word, by_name)
         raise InputError(source, "line 1", f"{quote(word.strip())} is not a column of a table{names}")
-    column, unit = known[match[1]], match[2] or ""
-    if unit and unit not in {column.unit, *SCALES.get(column.unit, {})}:
-        raise InputError(source, "line 1", f"{quote(word.strip())}: the unit is {column.unit or 'none'}")
-    return column, SCALES.get(column.unit, {}).get(unit, 1.0)
+    column, unit = by_name[match[1]], (match[2] or "").strip()
+    try:
+        return column, conversion(unit, column.unit).number if unit else 1.0
+    except UnitError as error:
+        raise InputError(source, "line 1", f"{quote(word.strip())}: {error}") from None
 
 
-def _row(cells: Sequence[str], columns: Sequence[tuple[DistalColumn, float]], number: int, source: str) -> DistalLink:
+def _row(
+    cells: Sequence[str], columns: Sequence[tuple[DistalColumn, float]], number: int, source: str, convention: str
+) -> DistalLink:
     place = f"row {number}"
     if len(cells) != len(columns):
         raise InputError(source, place, f"{len(cells)} cells under {len(columns)} columns")
@@ -167,14 +220,16 @@ def _row(cells: Sequence[str], columns: Sequence[tuple[DistalColumn, float]], nu
     if type_ not in TYPES:
         raise InputError(source, place, f"type = {quote(type_)} must be one of {', '.join(TYPES)}")
     name = texts.pop("name", "") or f"joint{number}"
+    stated = texts.pop(CONVENTION, "")
+    word = _convention(stated, f"{place}, {CONVENTION}", source) if stated else convention
     values: dict[str, Any] = dict(_numbers(texts, scales, place, source))
     center = np.array([values.pop(key, 0.0) for key in ("cx", "cy", "cz")])
     xx, xy, xz, yy, yz, zz = (values.pop(key, 0.0) for key in TENSOR)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     ratio = values.pop("ratio", 1.0)
     values["rotor_inertia"] = values.get("rotor_inertia", 0.0) * ratio * ratio
-    prismatic = TYPES[type_]
-    kind = JointType.PRISMATIC if prismatic else JointType.REVOLUTE
+    kind = (JointType.REVOLUTE, JointType.PRISMATIC, JointType.FIXED)[TYPES[type_]]
+    values["modified"] = CONVENTIONS[word or "standard"]
     return DistalLink(name, kind, center=center, inertia=inertia, **values)
 
 
@@ -193,3 +248,49 @@ def _numbers(
         if value < 0 and name in nonnegative:
             raise InputError(source, f"{place}, {name}", f"it is negative: {value:g}")
         yield name, value * scales[name] if math.isfinite(value) else value
+
+
+@dataclass(frozen=True)
+class DistalColumn:
+    """A column: its meaning, its unit, its default, and an example of its cell."""
+
+    name: str
+    unit: str
+    default: str
+    meaning: str
+    example: str
+    is_nonnegative: bool = False
+
+
+TYPES = {"R": 0, "P": 1, "F": 2, "revolute": 0, "prismatic": 1, "fixed": 2}
+"""Words for the type of a joint, with its sigma."""
+CONVENTIONS = {"standard": False, "distal": False, "modified": True, "proximal": True}
+"""Words for the convention of a row, and whether it is the modified one."""
+
+
+def _inertia(name: str) -> DistalColumn:
+    what = f"entry {name[1:]} of the inertia tensor about the centre of mass, in the frame of the link"
+    return DistalColumn(name, "kg m2", "0", what, "0.01")
+
+
+def _center(name: str) -> DistalColumn:
+    what = f"coordinate {name[1]} of the centre of mass, in the frame of the link"
+    return DistalColumn(name, "m", "0", what, "-0.1")
+
+
+COLUMNS = (
+    DistalColumn("name", "", "joint1 ...", "name of the joint", "elbow"),
+    DistalColumn("type", "", "R", f"type of the joint: {', '.join(TYPES)}; a fixed row places a base or a tool", "P"),
+    DistalColumn("convention", "", "that of the table", f"of the row: {', '.join(CONVENTIONS)}", "modified"),
+    DistalColumn("theta", "rad", "0", "angle about z; of a revolute joint the offset of its variable", "pi/2"),
+    DistalColumn("d", "m", "must be given", "distance along z; of a prismatic joint the offset of its variable", "0.4"),
+    DistalColumn("a", "m", "must be given", "distance along x", "0.425"),
+    DistalColumn("alpha", "rad", "must be given", "angle about x", "-pi/2"),
+    DistalColumn("mass", "kg", "0", "mass of the link", "8.4", is_nonnegative=True),
+    *map(_center, ("cx", "cy", "cz")),
+    *map(_inertia, ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
+    DistalColumn("rotor_inertia", "kg m2", "0", "inertia of the rotor about its own axis", "2e-4", is_nonnegative=True),
+    DistalColumn("ratio", "", "1", "rotor turns per joint turn, rad/m where it slides", "100"),
+    DistalColumn("viscous", "N m s/rad", "0", "viscous friction of the joint", "0.8", is_nonnegative=True),
+    DistalColumn("coulomb", "N m", "0", "dry friction of the joint", "1.5", is_nonnegative=True),
+)

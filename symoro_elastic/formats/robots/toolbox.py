@@ -1,4 +1,4 @@
-"""Robots of the Robotics Toolbox for Python, by their attributes: the toolbox itself is not needed.
+"""Robots of the Robotics Toolbox for Python, read by attributes: the toolbox need not be installed.
 
 A robot of Denavit-Hartenberg rows (`DHRobot`) is read row by row, one that was read from a URDF by that file. What
 has neither is refused: a chain of elementary transforms (`ETS`, `ELink`), of screws (`PoERobot`).
@@ -24,27 +24,27 @@ from symoro_elastic.machine.names import NONE, Reasons, quote
 from symoro_elastic.machine.valid_names import with_valid_names
 
 OF_ROWS = ("a", "d", "alpha", "theta", "offset", "sigma")
-"""Attributes of which a link of Denavit-Hartenberg parameters has some."""
+"""Attributes of links with Denavit-Hartenberg parameters; a link has some."""
 WORLD = "world"
 
 
-def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> DescribedMachine:
+def of_robot(robot: Any, name: str = "", reserved: Reasons = NONE) -> DescribedMachine:
     """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
 
     These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, flip, m, r, I, Jm, G, B, Tc; without one
     it is zero. `base`, `tool` and `gravity` of the robot are taken too: the acceleration of gravity in axes of the
     world, in which the base is placed. Friction and rotors are on the side of the motor, G their turns for one of the
-    joint. Where the robot has a `urdf_string`, or a `urdf_filepath` that is a URDF, that is read. `taken` are names
+    joint. Where the robot has a `urdf_string`, or a `urdf_filepath` that is a URDF, that is read. `reserved` are names
     that generated code uses. Raises `InputError` that names the link.
     """
     title = name or str(getattr(robot, "name", "") or "robot")
     text = _urdf_of(robot, title)
     described = _of_urdf(robot, text, title) if text else _of_rows(robot, title)
-    return with_valid_names(machine_of(described, title), taken)
+    return with_valid_names(machine_of(described, title), reserved)
 
 
 def _urdf_of(robot: Any, title: str) -> str:
-    """The text of the URDF that a robot was read from; empty where there is none."""
+    """The text of the URDF that a robot was read from; empty without one."""
     text = getattr(robot, "urdf_string", "") or ""
     path = Path(str(getattr(robot, "urdf_filepath", "") or ""))
     if text or path.suffix != ".urdf":
@@ -66,8 +66,8 @@ def _of_urdf(robot: Any, text: str, title: str) -> Description:
         return described
     children = {joint.child for joint in described.joints}
     roots = [link.name for link in described.links if link.name not in children]
-    placed = LinkJoint(f"{WORLD} joint", JointType.FIXED, f"{WORLD} of {roots[0]}", roots[0], base)
-    return replace(described, links=(Link(placed.parent), *described.links), joints=(placed, *described.joints))
+    mount = LinkJoint(f"{WORLD} joint", JointType.FIXED, f"{WORLD} of {roots[0]}", roots[0], base)
+    return replace(described, links=(Link(mount.parent), *described.links), joints=(mount, *described.joints))
 
 
 def _of_rows(robot: Any, title: str) -> Description:
@@ -82,7 +82,7 @@ def _of_rows(robot: Any, title: str) -> Description:
 
 
 def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
-    """The row of a link, and a remark on what is lost."""
+    """The row of a link, and a remark on lost entries."""
     if not any(hasattr(link, key) for key in OF_ROWS):
         kind = type(link).__name__
         what = f"a {kind} has no Denavit-Hartenberg parameters ({', '.join(OF_ROWS)}): give a DHRobot, or a URDF file"
@@ -112,25 +112,25 @@ def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
 
 
 def _numbers(value: Any, count: int, source: str, place: str, key: str) -> Array:
-    """Finite numbers (count,); zeros where nothing is given."""
+    """Finite numbers (count,); zeros for None."""
     try:
-        found = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
+        numbers = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
     except (TypeError, ValueError):
         raise InputError(source, place, f"{key} = {quote(value)} is not a number") from None
-    if found.size != count or not np.isfinite(found).all():
+    if numbers.size != count or not np.isfinite(numbers).all():
         raise InputError(source, place, f"{key} = {quote(value)} must be {count} finite numbers")
-    return found
+    return numbers
 
 
 def _gravity(robot: Any, title: str) -> tuple[float, float, float]:
-    """The acceleration of gravity in axes of the world, m/s2; 9.81 against z where the robot says nothing."""
+    """The acceleration of gravity in axes of the world, m/s2; 9.81 against z by default."""
     value = getattr(robot, "gravity", None)
     x, y, z = GRAVITY if value is None else _numbers(value, 3, title, "gravity", "it").tolist()
     return x, y, z
 
 
 def _placement(end: Any, source: str, what: str) -> Placement:
-    """A placement, from a matrix or an object that holds it as `A`; none where nothing is given."""
+    """A placement, from a matrix or an object that holds it as `A`; the identity for None."""
     if end is None:
         return Placement()
     matrix = np.asarray(getattr(end, "A", end), dtype=float)

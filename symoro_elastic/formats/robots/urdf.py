@@ -15,13 +15,23 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from symoro_elastic.formats.files import name_of
-from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.joint_tree import rotation
+from symoro_elastic.formats.robots.robot import (
+    Description,
+    JointType,
+    Link,
+    LinkJoint,
+    Mimicked,
+    PlacedFrame,
+    Placement,
+)
 from symoro_elastic.formats.robots.xml_text import numbers, root_element
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.limits import JointLimits, Range, range_of
 from symoro_elastic.machine.names import list_of_names, quote
+from symoro_elastic.quantities.frames import JOINT, LINK
 
 TYPES = {
     "revolute": JointType.REVOLUTE,
@@ -37,7 +47,7 @@ WITHOUT_EFFECT = {"material", "gazebo", "sensor", "plugin", "static", "verbose",
 ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 NOT_OF_LENGTH_ONE = 1e-3
 FAR = 1e9
-"""Limits from it on stand for none: files must give some."""
+"""Limits from this value on mean none: files must state some."""
 EITHER_WAY = {"velocity": "velocity", "acceleration": "acceleration", "effort": "torque"}
 """Attributes of <limit> that hold either way, acceleration since version 1.2, and the quantities that they limit."""
 
@@ -54,13 +64,17 @@ def describe(text: str, source: str) -> Description:
         links=links,
         joints=joints,
         remarks=(*_remarks(robot), *rotors.remarks(joints)),
+        frames=(
+            *(PlacedFrame(link.name, LINK, link.name) for link in links),
+            *(PlacedFrame(joint.name, JOINT, joint.child) for joint in joints),
+        ),
     )
 
 
 def _refuse_others(robot: Element, source: str) -> None:
     """Raise `InputError` for XML that is not URDF."""
     unexpanded = [element for element in robot.iter() if element.tag.startswith("xacro:")]
-    unexpanded += [e for e in _modelled(robot) if any("${" in x or "$(" in x for x in e.attrib.values())]
+    unexpanded += [e for e in _elements_of_model(robot) if any("${" in x or "$(" in x for x in e.attrib.values())]
     if unexpanded:
         raise InputError(source, f"element <{unexpanded[0].tag}>", EXPAND)
     if robot.tag != "robot":
@@ -69,8 +83,8 @@ def _refuse_others(robot: Element, source: str) -> None:
         raise InputError(source, f"element <{robot.tag}>", what)
 
 
-def _modelled(robot: Element) -> Iterator[Element]:
-    """The elements of links and joints that a model is made of: not those of shapes."""
+def _elements_of_model(robot: Element) -> Iterator[Element]:
+    """The elements of links and joints that a model needs: all but shapes."""
     for element in robot:
         if element.tag in ("link", "joint"):
             yield element
@@ -96,13 +110,13 @@ def _link(link: Element, source: str) -> Link:
 
 
 def _shapes(link: Element, source: str, place: str) -> Iterator[BodyShape]:
-    """What a link looks like; of a mesh the name, no file is opened. A shape with numbers that are none is left out."""
+    """Shapes of a link: names of meshes, whose files are not opened; invalid ones are omitted."""
     for visual in link.findall("visual"):
         for shape in visual.iterfind("geometry/*"):
             try:
                 at = _origin(visual, source, place).matrix
-                if found := _shape(shape, source, place):
-                    yield replace(found, points=at @ found.points)
+                if drawn_shape := _shape(shape, source, place):
+                    yield replace(drawn_shape, points=at @ drawn_shape.points)
             except InputError:
                 continue
 
@@ -134,8 +148,8 @@ def _joint(joint: Element, rotors: Rotors, source: str) -> LinkJoint:
     place = f"joint {quote(name)}"
     kind = joint.get("type", "")
     if kind not in TYPES:
-        given = f"{quote(kind)} is not a type of joint: there are {', '.join(TYPES)}"
-        raise InputError(source, place, PLANAR if kind == "planar" else given)
+        message = f"{quote(kind)} is not a type of joint: there are {', '.join(TYPES)}"
+        raise InputError(source, place, PLANAR if kind == "planar" else message)
     type_ = TYPES[kind]
     damping, friction = _dynamics(joint, source, place)
     fixed = type_ in (JointType.FIXED, JointType.FLOATING)
@@ -149,17 +163,17 @@ def _joint(joint: Element, rotors: Rotors, source: str) -> LinkJoint:
         damping=0.0 if fixed else damping,
         friction=0.0 if fixed else friction,
         rotor_inertia=0.0 if fixed else rotors.inertia(name),
-        follows=None if fixed else _mimicked(joint, source, place),
+        follows=None if fixed else _followed_joint(joint, source, place),
         limits=JointLimits() if fixed else limits_of(joint, source, place),
     )
 
 
 def _dynamics(joint: Element, source: str, place: str) -> tuple[float, float]:
     """Viscous and dry friction of a joint."""
-    found = joint.find("dynamics")
-    if found is None:
+    dynamics = joint.find("dynamics")
+    if dynamics is None:
         return 0.0, 0.0
-    damping, friction = (numbers(found, key, "0", 1, source, place)[0] for key in ("damping", "friction"))
+    damping, friction = (numbers(dynamics, key, "0", 1, source, place)[0] for key in ("damping", "friction"))
     for key, value in (("damping", damping), ("friction", friction)):
         if value < 0:
             raise InputError(source, place, f"its {key} is negative: {value:g}")
@@ -167,13 +181,13 @@ def _dynamics(joint: Element, source: str, place: str) -> tuple[float, float]:
 
 
 def limits_of(joint: Element, source: str, place: str) -> JointLimits:
-    """The limits of a joint: those that leave room, and are not as far as files give them that have none."""
-    found = joint.find("limit")
-    if found is None:
+    """The limits of a joint, without empty ranges and without huge ones that mean none."""
+    limit = joint.find("limit")
+    if limit is None:
         return JointLimits()
     return JointLimits(
-        position=range_of(*_ends(found, source, place), FAR) if joint.get("type") != "continuous" else None,
-        **{quantity: _either_way(found, key, source, place) for key, quantity in EITHER_WAY.items()},
+        position=range_of(*_ends(limit, source, place), FAR) if joint.get("type") != "continuous" else None,
+        **{quantity: _either_way(limit, key, source, place) for key, quantity in EITHER_WAY.items()},
     )
 
 
@@ -189,7 +203,7 @@ def _either_way(limit: Element, key: str, source: str, place: str) -> Range | No
 
 
 def _limit(limit: Element, key: str, source: str, place: str) -> float:
-    """A number of a limit, 0 where it is not given; it may be infinite."""
+    """A number of a limit, 0 by default; it may be infinite."""
     if limit.get(key, "").strip().lower().lstrip("+-") in ("inf", "infinity"):
         return math.copysign(math.inf, -1.0 if limit.get(key, "").strip()[0] == "-" else 1.0)
     return numbers(limit, key, "0", 1, source, place)[0]
@@ -197,44 +211,33 @@ def _limit(limit: Element, key: str, source: str, place: str) -> float:
 
 def _axis(joint: Element, source: str, place: str) -> Array:
     """Direction of the axis, of length 1."""
-    found = joint.find("axis")
-    axis = np.array([1.0, 0.0, 0.0] if found is None else numbers(found, "xyz", None, 3, source, place))
+    element = joint.find("axis")
+    axis = np.array([1.0, 0.0, 0.0] if element is None else numbers(element, "xyz", None, 3, source, place))
     largest = np.abs(axis).max()
     if not largest:
         raise InputError(source, place, "its axis is 0 0 0: an axis has a direction, such as 0 0 1")
-    direction: Array = axis / largest / np.linalg.norm(axis / largest)
-    return direction
+    return np.asarray(axis / largest / np.linalg.norm(axis / largest))
 
 
-def _mimicked(joint: Element, source: str, place: str) -> Mimicked | None:
-    found = joint.find("mimic")
-    if found is None:
+def _followed_joint(joint: Element, source: str, place: str) -> Mimicked | None:
+    mimic = joint.find("mimic")
+    if mimic is None:
         return None
-    leader = found.get("joint")
+    leader = mimic.get("joint")
     if not leader:
         raise InputError(source, place, "<mimic> lacks joint, the name of the joint that it follows")
     multiplier, offset = (
-        numbers(found, key, default, 1, source, place)[0] for key, default in (("multiplier", "1"), ("offset", "0"))
+        numbers(mimic, key, default, 1, source, place)[0] for key, default in (("multiplier", "1"), ("offset", "0"))
     )
     return Mimicked(leader, multiplier, offset)
 
 
 def _origin(element: Element, source: str, place: str) -> Placement:
-    found = element.find("origin")
-    if found is None:
+    origin = element.find("origin")
+    if origin is None:
         return Placement()
-    roll, pitch, yaw = numbers(found, "rpy", "0 0 0", 3, source, place)
-    return Placement(rotation(roll, pitch, yaw), np.array(numbers(found, "xyz", "0 0 0", 3, source, place)))
-
-
-def rotation(roll: float, pitch: float, yaw: float) -> Array:
-    """The rotation (3, 3) by roll about x, then pitch about y, then yaw about z, all of the fixed frame, rad."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
-    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
-    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-    whole: Array = about_z @ about_y @ about_x
-    return whole
+    roll, pitch, yaw = numbers(origin, "rpy", "0 0 0", 3, source, place)
+    return Placement(rotation(roll, pitch, yaw), np.array(numbers(origin, "xyz", "0 0 0", 3, source, place)))
 
 
 def _name(element: Element, source: str) -> str:
@@ -245,10 +248,10 @@ def _name(element: Element, source: str) -> str:
 
 
 def _child(element: Element, tag: str, source: str, place: str) -> Element:
-    found = element.find(tag)
-    if found is None:
+    child = element.find(tag)
+    if child is None:
         raise InputError(source, place, f"<{element.tag}> lacks <{tag}>")
-    return found
+    return child
 
 
 def _link_of(joint: Element, role: str, source: str, place: str) -> str:
@@ -259,12 +262,12 @@ def _link_of(joint: Element, role: str, source: str, place: str) -> str:
 
 
 def _remarks(robot: Element) -> Iterator[str]:
-    """What the file holds and the model does not."""
+    """Yield remarks on contents of the file that the model omits."""
     if any(True for _ in robot.iter("mesh")):
         yield "meshes, package:// and others, are not read: a model needs masses; view draws those it finds"
-    others = dict.fromkeys(e.tag for e in robot if e.tag not in MODELLED | WITHOUT_EFFECT)
-    if others:
-        yield f"elements that URDF does not define are not read: {list_of_names(others)}"
+    unknown = dict.fromkeys(e.tag for e in robot if e.tag not in MODELLED | WITHOUT_EFFECT)
+    if unknown:
+        yield f"unknown URDF elements are ignored: {list_of_names(unknown)}"
     springs = [e.get("reference", "") for e in robot.findall("gazebo") if e.find("springStiffness") is not None]
     if springs:
         yield f"springs for Gazebo are not read: joint {list_of_names(springs)}; give them by convert --elastic JOINT=K"
@@ -277,7 +280,7 @@ def _remarks(robot: Element) -> Iterator[str]:
 
 
 def _is_reversed(joint: Element) -> bool:
-    """Whether a joint that moves has limits of positions that are reversed."""
+    """Return whether a moving joint has reversed position limits."""
     limit = joint.find("limit")
     if limit is None or joint.get("type") not in ("revolute", "prismatic"):
         return False
@@ -285,7 +288,7 @@ def _is_reversed(joint: Element) -> bool:
 
 
 def _is_long(joint: Element) -> bool:
-    """Whether the axis of a joint that moves is not of length 1."""
+    """Return whether the axis of a moving joint has another length than 1."""
     axis = joint.find("axis")
     if axis is None or joint.get("type") in ("fixed", "floating"):
         return False
@@ -307,7 +310,7 @@ class Rotors:
                 self.by_joint.setdefault(joint.get("name", ""), transmission)
 
     def inertia(self, joint: str) -> float:
-        """Inertia of the rotor as the joint feels it: that of Drake's elements, by the square of the gear ratio."""
+        """Rotor inertia reflected to the joint: that of Drake's elements, times the squared gear ratio."""
         actuator = self._actuator(joint)
         if actuator is None or actuator.find(ROTOR) is None:
             return 0.0
@@ -317,7 +320,7 @@ class Rotors:
         return inertia * ratio * ratio
 
     def remarks(self, joints: Iterable[LinkJoint]) -> Iterator[str]:
-        """That reductions are not applied, and that joints without transmission have motors all the same."""
+        """Yield remarks on unused reductions, and on joints without transmission, which get motors."""
         own = [j.name for j in joints if j.type is not JointType.FIXED and j.follows is None]
         reduced = [name for name in own if self._is_reduced(name) and not self.inertia(name)]
         if reduced:
@@ -327,15 +330,15 @@ class Rotors:
             )
         without = [name for name in own if name not in self.by_joint]
         if self.by_joint and without:
-            yield f'no transmission drives {list_of_names(without)}: motors here; kind = "passive" removes them'
+            yield f'{list_of_names(without)}: no transmission, treated as actuated (set kind = "passive" if not)'
 
     def _actuator(self, joint: str) -> Element | None:
         transmission = self.by_joint.get(joint)
         return None if transmission is None else transmission.find("actuator")
 
     def _value(self, actuator: Element, tag: str, joint: str) -> float:
-        found = actuator.find(tag)
-        return 1.0 if found is None else numbers(found, "value", None, 1, self.source, f"joint {quote(joint)}")[0]
+        element = actuator.find(tag)
+        return 1.0 if element is None else numbers(element, "value", None, 1, self.source, f"joint {quote(joint)}")[0]
 
     def _is_reduced(self, joint: str) -> bool:
         transmission = self.by_joint.get(joint)

@@ -14,10 +14,10 @@ MOST_ELEMENTS = 200_000
 
 def root_element(text: str, source: str) -> Element:
     """The root element of an XML text, which may begin with empty lines; raises `InputError` that names the line."""
-    begun = text.lstrip()
-    reader = _Reader(source, text.count("\n", 0, len(text) - len(begun)))
+    body = text.lstrip()
+    reader = _Reader(source, text.count("\n", 0, len(text) - len(body)))
     try:
-        reader.parser.Parse(begun, True)
+        reader.parser.Parse(body, True)
     except expat.ExpatError as error:
         what = f"no XML: {expat.ErrorString(error.code)}"
         raise InputError(source, f"line {reader.line}, column {error.offset + 1}", what) from None
@@ -25,7 +25,7 @@ def root_element(text: str, source: str) -> Element:
 
 
 class _Reader:
-    """A parser of one text."""
+    """A parser of a text."""
 
     def __init__(self, source: str, lines_before: int) -> None:
         self.source, self.lines_before = source, lines_before
@@ -57,12 +57,12 @@ class _Reader:
 
     @property
     def line(self) -> int:
-        """Number of the line that is read."""
+        """Line number of the reader."""
         return self.lines_before + self.parser.CurrentLineNumber
 
 
 def numbers(element: Element, key: str, default: str | None, count: int, source: str, place: str) -> list[float]:
-    """The numbers in an attribute, `count` of them; raises `InputError` for others, and where it is missing."""
+    """The numbers in an attribute, `count` of them; raises `InputError` for others, and for a missing attribute."""
     text = element.get(key, default)
     if text is None:
         raise InputError(source, place, f"<{element.tag}> lacks {key}")

@@ -34,22 +34,29 @@ HEADING = "drives"
 
 
 def _gain(table: Table, key: str) -> Gain:
-    """A number or formula, or the word that leaves a gain to tuning."""
-    given = table.entries[key]
-    return TUNED if given == str(TUNED) and not isinstance(given, Number) else table.formula(key)
+    """A number or formula, or the word for a tuned gain."""
+    entry = table.entries[key]
+    return TUNED if entry == str(TUNED) and not isinstance(entry, Number) else table.formula(key)
 
 
 GAIN = Type(f'number, formula, or "{TUNED}"', {"anyOf": [{"const": str(TUNED)}, reference_to("formula")]}, _gain)
 LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
     Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, otherwise="0", unit="s"),
-    Key("kp", FORMULA, "gain of the current controller, of a motor with a winding", "6", otherwise="lag", unit="V/A"),
-    Key("ti", FORMULA, "integral time of the current controller", "2e-3", otherwise="with kp", unit="s"),
+    Key(
+        "kp",
+        FORMULA,
+        "gain of the current controller, of a motor with a winding",
+        "6",
+        otherwise="lag instead",
+        unit="V/A",
+    ),
+    Key("ti", FORMULA, "integral time of the current controller", "2e-3", otherwise="needed with kp", unit="s"),
     Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO, otherwise="0"),
 )
 CURRENT = Section(
     "current of [drives]",
     "Current loop: a lag; or a controller kp (1 + 1/(ti s)) of the current of a motor whose resistance, inductance and "
-    "torque_constant stand in [motors], whose back-EMF acts on it.",
+    "torque_constant are in [motors], and whose back-EMF acts on it.",
     (LAG, CURRENT_KP, CURRENT_TI, COMPENSATION),
 )
 FEED_FORWARD = Section(
@@ -72,12 +79,12 @@ FEED_FORWARD = Section(
     ),
 )
 NOTCH, DEPTH, WIDTH = (
-    Key("notch", FORMULA, "frequency that a notch takes out", "120", otherwise="lowpass", unit="Hz"),
-    Key("depth", FORMULA, "damping ratio of the zeros of a notch", "0.05", otherwise="of a notch"),
-    Key("width", FORMULA, "damping ratio of its poles", "0.5", otherwise="of a notch"),
+    Key("notch", FORMULA, "frequency that a notch takes out", "120", otherwise="lowpass instead", unit="Hz"),
+    Key("depth", FORMULA, "damping ratio of the zeros of a notch", "0.05", otherwise="needed with notch"),
+    Key("width", FORMULA, "damping ratio of its poles", "0.5", otherwise="needed with notch"),
 )
 LOWPASS, ORDER = (
-    Key("lowpass", FORMULA, "frequency of a low-pass filter", "400", otherwise="notch", unit="Hz"),
+    Key("lowpass", FORMULA, "frequency of a low-pass filter", "400", otherwise="none", unit="Hz"),
     Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1, otherwise="1"),
 )
 FILTERS = Section(
@@ -123,7 +130,7 @@ DRIVES = Section(
     f"[{HEADING}]",
     "Controllers of the motors: a position controller Kv around a velocity controller Kp (1 + 1/(Tn s)) around a "
     "current loop. Gains belong to the variable of the joint: those of the rotor's own axis are Kp/ratio^2. "
-    "`control`, `lobes`, `sweep`, `simulate`, `ladder`, time steps and FMUs take them; no model of the machine alone "
+    "`control`, `lobes`, `sweep`, `simulate`, `ladder`, time steps and FMUs use them; no model of the machine alone "
     "depends on them.",
     (
         *(KV, KP, TN),
@@ -155,8 +162,8 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     if name not in joints:
         raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, motors)}")
     if name not in motors:
-        known = ", ".join(motors) or "this machine has none"
-        raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {known}")
+        listed = ", ".join(motors) or "this machine has none"
+        raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {listed}")
     _refuse_kind(table.table(name))
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
@@ -195,20 +202,20 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
 
 INSTEAD = {
     "cascade": "every drive is one: leave kind out",
-    "torque": "a motor that is left out of [drives] has its torque tau at once; a drive has Kv and Kp, which take the "
+    "torque": "a motor that is left out of [drives] has its torque tau at once; a drive has Kv and Kp, which set the "
     "torque behind them as tau, with its lag",
-    "voltage": "a voltage is no input: give current = { kp = 6, ti = 2e-3 }, the winding below [motors], and limits = "
+    "voltage": "not an input: use current = { kp = 6, ti = 2e-3 }, the winding below [motors], and limits = "
     "{ voltage = 48 }",
 }
-"""What stands for the kinds of drives that other tools know."""
+"""Equivalents of the kinds of drives in other tools."""
 
 
 def _refuse_kind(entry: Table) -> None:
     """Raise `InputError` for a kind, which follows from the keys of a drive."""
     if "kind" in entry.entries:
-        given = str(entry.entries["kind"])
-        what = INSTEAD.get(given, f"is none of {', '.join(INSTEAD)}, and follows from the other keys: leave it out")
-        raise entry.fail("kind", f"{quote(given)}: {what}")
+        kind = str(entry.entries["kind"])
+        what = INSTEAD.get(kind, f"is none of {', '.join(INSTEAD)}, and follows from the other keys: leave it out")
+        raise entry.fail("kind", f"{quote(kind)}: {what}")
 
 
 def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
@@ -217,7 +224,7 @@ def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
     if not {CURRENT_KP.name, CURRENT_TI.name, COMPENSATION.name} & of.entries.keys():
         return LAG.read(of), None
     if LAG.name in of.entries:
-        raise of.fail(LAG.name, "stands beside kp and ti: give a lag, or kp and ti")
+        raise of.fail(LAG.name, "conflicts with kp and ti: give a lag, or kp and ti")
     missing = [key.name for key in (CURRENT_KP, CURRENT_TI) if key.name not in of.entries]
     if missing:
         raise of.fail(", ".join(missing), "is missing: a current controller has kp and ti, as 6 and 2e-3")
@@ -228,8 +235,8 @@ def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]
     """The limit of the torque, and the time of its back-calculation."""
     of = entry.table("limits").only(LIMITS.names)
     torque = replace(TORQUE, unit="N" if joint.sigma == 1 else "N m")
-    found = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
-    return found[0], found[1]
+    limits = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
+    return limits[0], limits[1]
 
 
 def _set_point(entry: Table) -> SetPointFilter:
@@ -245,32 +252,32 @@ def _set_point(entry: Table) -> SetPointFilter:
 
 def _filters(entry: Table) -> Iterator[Filter]:
     for k, row in enumerate(entry.tables("filters"), start=1):
-        one = replace(row.only(FILTERS.names), place=f"{entry.place}, filter {k}")
-        kinds = [key.name for key in (NOTCH, LOWPASS) if key.name in one.entries]
+        stage = replace(row.only(FILTERS.names), place=f"{entry.place}, filter {k}")
+        kinds = [key.name for key in (NOTCH, LOWPASS) if key.name in stage.entries]
         if len(kinds) != 1:
-            raise one.fail("notch, lowpass", f"give one of them, not {'both' if kinds else 'none'}")
-        yield _notch(one) if kinds == [NOTCH.name] else _low_pass(one)
+            raise stage.fail("notch, lowpass", f"give one of them, not {'both' if kinds else 'none'}")
+        yield _notch(stage) if kinds == [NOTCH.name] else _low_pass(stage)
 
 
-def _notch(one: Table) -> Notch:
-    of = one.only((NOTCH.name, DEPTH.name, WIDTH.name))
+def _notch(stage: Table) -> Notch:
+    of = stage.only((NOTCH.name, DEPTH.name, WIDTH.name))
     missing = next((key.name for key in (DEPTH, WIDTH) if key.name not in of.entries), "")
     if missing:
         raise of.fail(missing, "is missing: a notch has a depth and a width, as 0.05 and 0.5")
     return Notch(NOTCH.read(of), DEPTH.read(of), WIDTH.read(of))
 
 
-def _low_pass(one: Table) -> LowPass:
-    of = one.only((LOWPASS.name, ORDER.name))
+def _low_pass(stage: Table) -> LowPass:
+    of = stage.only((LOWPASS.name, ORDER.name))
     return LowPass(LOWPASS.read(of), ORDER.read(of))
 
 
 def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
-    """Raise `InputError` for names that are no parameters, and for numbers that no drive has."""
-    known = {parameter.name for parameter in machine.parameters}
+    """Raise `InputError` for names that are not parameters, and for numbers that are impossible for a drive."""
+    declared = {parameter.name for parameter in machine.parameters}
     for key, formula in drive.formulas:
-        for name in sorted(formula.names - known):
-            raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, known)}")
+        for name in sorted(formula.names - declared):
+            raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, declared)}")
         if formula.names:
             continue
         try:
@@ -286,34 +293,34 @@ def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
 
 def entries_of_drive(drive: Drive) -> dict[str, Any]:
     """The entries of a drive: formulas, texts, whole numbers, tables and lists of them."""
-    found: dict[str, Any] = {"Kv": drive.Kv, "Kp": drive.Kp}
-    found |= {"Tn": drive.Tn} if drive.Tn is not None else {}
-    found |= {"current": {"lag": drive.lag}} if drive.lag != ZERO else {}
-    if one := drive.current:
-        shared = {"compensation": one.compensation} if one.compensation != ZERO else {}
-        found |= {"current": {"kp": one.kp, "ti": one.ti, **shared}}
+    entries: dict[str, Any] = {"Kv": drive.Kv, "Kp": drive.Kp}
+    entries |= {"Tn": drive.Tn} if drive.Tn is not None else {}
+    entries |= {"current": {"lag": drive.lag}} if drive.lag != ZERO else {}
+    if control := drive.current:
+        shared = {"compensation": control.compensation} if control.compensation != ZERO else {}
+        entries |= {"current": {"kp": control.kp, "ti": control.ti, **shared}}
     fed = (("velocity", drive.velocity_forward, ONE), ("acceleration", drive.acceleration_forward, ZERO))
     shares = {key: x for key, x, usual in fed if x != usual} | ({"torque": True} if drive.torque_forward else {})
-    found |= {"feed_forward": shares} if shares else {}
+    entries |= {"feed_forward": shares} if shares else {}
     limits = (("torque", drive.torque_limit), ("windup", drive.windup))
     electric = (("current", drive.current_limit), ("voltage", drive.voltage_limit))
     limited = {key: x for key, x in (*limits, *electric) if x is not None}
-    found |= {"limits": limited} if limited else {}
-    found |= {"filters": [_entries_of_filter(one) for one in drive.filters]} if drive.filters else {}
-    found |= {"set_point": _entries_of_filter(drive.set_point)} if drive.set_point else {}
-    found |= {"measured": drive.measured} if drive.measured != MOTOR else {}
+    entries |= {"limits": limited} if limited else {}
+    entries |= {"filters": [_entries_of_filter(stage) for stage in drive.filters]} if drive.filters else {}
+    entries |= {"set_point": _entries_of_filter(drive.set_point)} if drive.set_point else {}
+    entries |= {"measured": drive.measured} if drive.measured != MOTOR else {}
     timed = (("dead_time", drive.dead_time), ("period", drive.period))
-    return found | {key: x for key, x in timed if x is not None}
+    return entries | {key: x for key, x in timed if x is not None}
 
 
-def _entries_of_filter(one: Filter | SetPointFilter) -> Mapping[str, Any]:
-    if isinstance(one, Average):
-        return {"average": one.time}
-    if isinstance(one, Notch):
-        return {"notch": one.frequency, "depth": one.depth, "width": one.width}
-    return {"lowpass": one.frequency, **({"order": one.order} if one.order != 1 else {})}
+def _entries_of_filter(stage: Filter | SetPointFilter) -> Mapping[str, Any]:
+    if isinstance(stage, Average):
+        return {"average": stage.time}
+    if isinstance(stage, Notch):
+        return {"notch": stage.frequency, "depth": stage.depth, "width": stage.width}
+    return {"lowpass": stage.frequency, **({"order": stage.order} if stage.order != 1 else {})}
 
 
 def drives_by_motor(drives: Drives) -> Iterable[tuple[str, Mapping[str, Any]]]:
     """The entries of all drives by the names of their motors."""
-    return ((name, entries_of_drive(one)) for name, one in drives.by_motor.items())
+    return ((name, entries_of_drive(drive)) for name, drive in drives.by_motor.items())

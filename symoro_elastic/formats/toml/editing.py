@@ -1,4 +1,4 @@
-"""Single cells of a TOML machine file: which there are, one written anew with all else as it was, and their lines.
+"""Single cells of a TOML machine file: a list of them, replacement of one without other changes, and their lines.
 
 What is written goes through tomlkit, which keeps comments, order and spaces. Cells are data: their new text becomes a
 number or a text of TOML, never a table.
@@ -15,7 +15,7 @@ from typing import Any
 
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
-from symoro_elastic.formats.toml.keys import JOINTS, LOOPS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
+from symoro_elastic.formats.toml.keys import FRAMES, JOINTS, LOOPS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
 from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.tables import QUANTITY, Number, load
 from symoro_elastic.foundation.errors import InputError
@@ -45,7 +45,7 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
     """Return the text of a file with one value replaced, or added to a table that is there.
 
     A number, true and false are written as they are typed, anything else as a text, which formulas are. Raises
-    `InputError` where there is no such place, and for a file in which the value cannot be replaced alone.
+    `InputError` for a missing place, and for a file in which the value cannot be replaced alone.
     """
     place = ", ".join(
         str(key + 1) if isinstance(key, int) else key if PLAIN.fullmatch(key) else quote(key) for key in path
@@ -54,18 +54,19 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
     wanted = load(text, source).entries
     try:
         document = tomlkit().parse(text)
-        for whole, value in ((wanted, _as_read(literal)), (document, literal)):
-            _set(whole, path, value)
-        found = str(document.as_string())
-        if load(found, source).entries == wanted:
-            return found
+        as_read = tomllib.loads(f"x = {literal.as_string()}", parse_float=Number)["x"]
+        for target, value in ((wanted, as_read), (document, literal)):
+            _set(target, path, value)
+        edited = str(document.as_string())
+        if load(edited, source).entries == wanted:
+            return edited
     except (tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
         pass
     raise InputError(source, place, "cannot be written alone here: change it in an editor")
 
 
 def _literal(text: str, source: str, place: str) -> Any:
-    """What tomlkit writes for the text of a cell."""
+    """Return the value of a cell's text as tomlkit writes it."""
     text = text.strip()
     if not text:
         raise InputError(source, place, "is empty: give a number or a formula, 0 for none")
@@ -75,22 +76,31 @@ def _literal(text: str, source: str, place: str) -> Any:
     return kit.value(text) if NUMBER.fullmatch(text) or text in TRUTHS else kit.item(text)
 
 
-def _as_read(literal: Any) -> Any:
-    """The same value as `load` gives it."""
-    return tomllib.loads(f"x = {literal.as_string()}", parse_float=Number)["x"]
-
-
-def _set(whole: Any, path: Path, value: Any) -> None:
-    """Set a value in tables and lists; the last key may be new in its table, and nothing else is."""
+def _set(target: Any, path: Path, value: Any) -> None:
+    """Set a value in tables and lists; only the last key may be new, in its table."""
     if len(path) < 2 or any(isinstance(key, int) and key < 0 for key in path):
         raise LookupError(path)
     for key in path[:-1]:
-        whole = whole[key]
+        target = target[key]
     if isinstance(path[-1], int):
-        whole[path[-1]]  # nothing is added to a list
-    elif not isinstance(whole, Mapping) or isinstance(whole.get(path[-1]), Mapping | list):
+        target[path[-1]]  # nothing is added to a list
+    elif not isinstance(target, Mapping) or isinstance(target.get(path[-1]), Mapping | list):
         raise TypeError(path)
-    whole[path[-1]] = value
+    set_entry(target, path[-1], value)
+
+
+def set_entry(table: Any, key: str | int, value: Any) -> None:
+    """Set an entry of a table or a list; one that is new in a table on one line leaves the blanks before its end."""
+    if not isinstance(table, tomlkit().items.InlineTable) or key in table:
+        table[key] = value
+        return
+    body, end = table.value.body, []
+    while body and body[-1][0] is None and len(table):
+        end.append(body.pop())
+    is_first = not len(table)
+    table[key] = value
+    table.value.item(key).trivia.indent = "" if is_first else " "
+    body += end
 
 
 def tables_of(text: str, source: str) -> list[dict[str, Any]]:
@@ -103,18 +113,18 @@ def tables_of(text: str, source: str) -> list[dict[str, Any]]:
     joints = top.get("joints")
     rows = [row for row in joints if isinstance(row, dict)] if isinstance(joints, list) else []
     of_joints = [(str(row.get(NAME.name, k + 1)), ["joints", k], row) for k, row in enumerate(rows)]
-    found = [_table("joints", [key for key in JOINTS.names if key != NAME.name], of_joints)]
+    tables = [_table("joints", [key for key in JOINTS.names if key != NAME.name], of_joints)]
     for heading, keys in _sections().items():
         entries = top.get(heading)
         if isinstance(entries, dict) and entries:
-            found.append(_table(heading, keys, [(name, [heading, name], row) for name, row in entries.items()]))
-    return [table for table in found if table["rows"]]
+            tables.append(_table(heading, keys, [(name, [heading, name], row) for name, row in entries.items()]))
+    return [table for table in tables if table["rows"]]
 
 
 def _sections() -> dict[str, Sequence[str]]:
     """The tables of named rows, and the keys of their rows."""
     of_joints = {heading: section_of(heading).names for heading in OF_JOINTS}
-    more = {"loops": LOOPS.names, "limits": LIMITS.names, OF_MOTORS: DRIVES.names}
+    more = {"loops": LOOPS.names, "frames": FRAMES.names, "limits": LIMITS.names, OF_MOTORS: DRIVES.names}
     return {PARAMETERS.name: QUANTITY, **of_joints, **more}
 
 
@@ -125,31 +135,31 @@ def _table(heading: str, keys: Sequence[str], rows: Sequence[tuple[str, list[Any
     if len(tables) < len(rows) and VALUE.name not in columns:
         columns = [VALUE.name, *columns]
     lists = {key for key in columns if any(isinstance(row.get(key), list | dict) for row in tables)}
-    made = [{"name": name, "cells": [_cell(path, row, key, lists) for key in columns]} for name, path, row in rows]
-    return {"heading": heading, "columns": columns, "rows": made}
+    cells = [{"name": name, "cells": [_cell(path, row, key, lists) for key in columns]} for name, path, row in rows]
+    return {"heading": heading, "columns": columns, "rows": cells}
 
 
 def _cell(path: list[Any], row: Any, key: str, lists: Collection[str]) -> dict[str, Any]:
-    """The cell of a key in a row, which may be a value itself; nothing where no single value can be added."""
+    """The cell of a key in a row, which may be a value itself; empty if no single value fits."""
     if not isinstance(row, dict):
-        return _shown(path, row) if key == VALUE.name else {}
-    return {} if key in lists and key not in row else _shown([*path, key], row.get(key))
+        return _json_cell(path, row) if key == VALUE.name else {}
+    return {} if key in lists and key not in row else _json_cell([*path, key], row.get(key))
 
 
-def _shown(path: list[Any], value: Any) -> dict[str, Any]:
+def _json_cell(path: list[Any], value: Any) -> dict[str, Any]:
     if isinstance(value, dict) and VALUE.name not in value:
-        return {"parts": [{"label": key, **_shown([*path, key], part)} for key, part in value.items()]}
+        return {"parts": [{"label": key, **_json_cell([*path, key], part)} for key, part in value.items()]}
     if isinstance(value, dict):
         unit = value.get("unit")
-        return {**_shown([*path, VALUE.name], value.get(VALUE.name)), "unit": unit if isinstance(unit, str) else ""}
+        return {**_json_cell([*path, VALUE.name], value.get(VALUE.name)), "unit": unit if isinstance(unit, str) else ""}
     if isinstance(value, list):
-        return {"parts": [_shown([*path, k], part) for k, part in enumerate(value)]}
+        return {"parts": [_json_cell([*path, k], part) for k, part in enumerate(value)]}
     text = str(value).lower() if isinstance(value, bool) else str(value)
     return {"path": path, "text": "" if value is None else text}
 
 
 class Lines:
-    """The lines of a file on which the places of messages stand."""
+    """The lines of a file that places in messages refer to."""
 
     def __init__(self, text: str, source: str) -> None:
         self.text, self.source = text, source
@@ -159,7 +169,7 @@ class Lines:
         return load(self.text, self.source).entries
 
     def of(self, place: str) -> int | None:
-        """Return the line of a place such as "joint 3 (elbow), alpha"; None where it stands on none."""
+        """Return the line of a place such as "joint 3 (elbow), alpha"; None if no line has it."""
         if line := OF_A_LINE.match(place):
             return int(line[1])
         if len(self.text) > MOST_CHARACTERS:
@@ -167,10 +177,10 @@ class Lines:
         try:
             path = _first_value(self._entries, _path_of(self._entries, place.split(", ")))
             document = copy.deepcopy(self._document)
-            whole = document
+            target = document
             for key in path[:-1]:
-                whole = whole[key]
-            whole[path[-1]] = HERE
+                target = target[key]
+            target[path[-1]] = HERE
             return str(document.as_string()).partition(HERE)[0].count("\n") + 1
         except (InputError, tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
             return None
@@ -181,29 +191,29 @@ class Lines:
 
 
 def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:
-    """The path to what the pieces of a place name; raises `LookupError`."""
+    """Return the path to the named place, from its pieces; raises `LookupError`."""
     if joint := OF_A_JOINT.match(pieces[0]):
         number = int(joint[1]) - 1
         row = top["joints"][number]
         for piece in reversed(pieces[1:]):
-            for found in _keyed(top, number, row.get(NAME.name), piece):
-                return found
+            for key_path in _paths_of_key(top, number, row.get(NAME.name), piece):
+                return key_path
         return ["joints", number]
     head = ["loops", pieces[0].removeprefix("loop ")] if pieces[0].startswith("loop ") else [pieces[0]]
     path: list[Any] = []
-    whole: Any = top
+    target: Any = top
     for key in [*head, *pieces[1:]]:
-        if not isinstance(whole, Mapping) or key not in whole:
+        if not isinstance(target, Mapping) or key not in target:
             break
-        whole = whole[key]
+        target = target[key]
         path.append(key)
     if not path:
         raise LookupError(pieces[0])
     return path
 
 
-def _keyed(top: Mapping[str, Any], number: int, name: Any, key: str) -> Iterator[list[Any]]:
-    """Where a key of a joint may stand: in its row, else in a section."""
+def _paths_of_key(top: Mapping[str, Any], number: int, name: Any, key: str) -> Iterator[list[Any]]:
+    """Paths at which a key of a joint may be: in its row, else in a section."""
     if key in top["joints"][number]:
         yield ["joints", number, key]
     for section, entries in top.items():
@@ -212,11 +222,11 @@ def _keyed(top: Mapping[str, Any], number: int, name: Any, key: str) -> Iterator
             yield [section, name, key]
 
 
-def _first_value(whole: Any, path: list[Any]) -> list[Any]:
-    """The path to the first value within what a path leads to."""
+def _first_value(target: Any, path: list[Any]) -> list[Any]:
+    """The path to the first value below a path."""
     for key in path:
-        whole = whole[key]
-    while isinstance(whole, dict | list) and whole:
-        key = next(iter(whole)) if isinstance(whole, dict) else 0
-        whole, path = whole[key], [*path, key]
+        target = target[key]
+    while isinstance(target, dict | list) and target:
+        key = next(iter(target)) if isinstance(target, dict) else 0
+        target, path = target[key], [*path, key]
     return path

@@ -1,4 +1,4 @@
-"""Keys of files: what stands under them, how it is read, and what the reference and the schemas say of them."""
+"""Keys of files: their contents, how they are read, and their entries in the reference and the schemas."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def reference_to(name: str) -> Schema:
 
 @dataclass(frozen=True, eq=False)
 class Type:
-    """What stands under a key: its title, its schema, and how it is read from a table in which it is."""
+    """Type of a key's value: its title, its schema, and how it is read from a table with the key."""
 
     title: str
     schema: Schema
@@ -62,7 +62,7 @@ class Type:
 
 @dataclass(frozen=True)
 class Key:
-    """One key: the value it has where it is left out, None where it must be given or the reader finds one.
+    """A key: its default, None for a required key or one whose default the reader computes.
 
     `otherwise` says that value in words, `example` is a value as TOML writes it.
     """
@@ -81,20 +81,21 @@ class Key:
         return self.default is None and not self.otherwise
 
     def read(self, table: Table, default: Any = None) -> Any:
-        """The value in a table, or the default; raises `InputError` where it is missing, or of another type."""
+        """The value in a table, or the default; raises `InputError` for a missing one, or another type."""
         if self.name in table.entries:
             return self.type.read(replace(table, units=self.unit), self.name)
-        found = self.default if default is None else default
-        if found is None:
+        value = self.default if default is None else default
+        if value is None:
             raise table.fail(self.name, "is missing")
-        return found
+        return value
 
 
 @dataclass(frozen=True)
 class Section:
-    """A table of a file, by its heading: its keys; `rules` are what the schema says beside them.
+    """A table of a file, by its heading: its keys; `rules` are further rules of the schema.
 
-    Where `entries` is not empty, it holds a table with these keys for each of them; `rows`, a list of such tables.
+    Where `entries` is not empty, it holds a table with these keys for each of them, whose names the schema `naming`
+    describes; `rows`, a list of such tables, at least `least`.
     """
 
     heading: str
@@ -102,7 +103,9 @@ class Section:
     keys: tuple[Key, ...]
     entries: str = ""
     rows: bool = False
+    least: int = 1
     rules: Schema = field(default_factory=dict)
+    naming: Schema = field(default_factory=lambda: reference_to("name"))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -116,8 +119,8 @@ class Section:
 
     @property
     def schema(self) -> Schema:
-        """What the schema says of the table."""
-        one = {
+        """Return the schema of the table."""
+        table = {
             "type": "object",
             "properties": {key.name: schema_of(key) for key in self.keys},
             "required": [key.name for key in self.keys if key.is_required],
@@ -125,12 +128,9 @@ class Section:
             **self.rules,
         }
         if self.rows:
-            return {"type": "array", "items": one, "minItems": 1}
-        return (
-            {"type": "object", "propertyNames": reference_to("name"), "additionalProperties": one}
-            if self.entries
-            else one
-        )
+            return {"type": "array", "items": table, "minItems": self.least}
+        by_name = {"type": "object", "propertyNames": self.naming, "additionalProperties": table}
+        return by_name if self.entries else table
 
     @property
     def type(self) -> Type:
@@ -141,10 +141,10 @@ class Section:
 
 
 def schema_of(key: Key) -> Schema:
-    """What the schema says of a key."""
+    """Return the schema of a key."""
     notes = [key.unit, key.otherwise and f"default {key.otherwise}"]
-    said = "; ".join(note for note in notes if note)
-    return {**key.type.schema, "description": f"{key.meaning} ({said})" if said else key.meaning}
+    details = "; ".join(note for note in notes if note)
+    return {**key.type.schema, "description": f"{key.meaning} ({details})" if details else key.meaning}
 
 
 def _texts(table: Table, key: str) -> tuple[str, ...]:
@@ -228,11 +228,11 @@ LISTS_OF_TEXTS = Type(
 )
 TABLE_OF_TEXTS = Type("table of texts", {"type": "object", "additionalProperties": {"type": "string"}}, _table_of_texts)
 NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INERTIA}
-"""Zero of each type of a column."""
+"""Zeros of the types of columns."""
 
 
 def list_of_numbers(*lengths: int) -> Type:
-    """A list of numbers, of one of these lengths."""
+    """A list of numbers with one of the `lengths`."""
 
     def read(table: Table, key: str) -> tuple[float, ...]:
         return tuple(_value(table, key, cell) for cell in table.formulas(key, lengths))
@@ -240,23 +240,23 @@ def list_of_numbers(*lengths: int) -> Type:
     return Type(f"{' or '.join(map(str, lengths))} numbers", _list_schema(*lengths), read)
 
 
-def one_of(known: tuple[str, ...]) -> Type:
-    """A text that is one of these words."""
+def one_of(words: tuple[str, ...]) -> Type:
+    """A text that is one of `words`."""
 
     def read(table: Table, key: str) -> str:
         text = table.text(key)
-        if text not in known:
-            raise table.fail(key, f"no {key} {quote(text)}{did_you_mean(text, known)}")
+        if text not in words:
+            raise table.fail(key, f"no {key} {quote(text)}{did_you_mean(text, words)}")
         return text
 
-    return Type(" or ".join(f'"{word}"' for word in known), {"enum": list(known)}, read)
+    return Type(" or ".join(f'"{word}"' for word in words), {"enum": list(words)}, read)
 
 
-def some_of(known: Iterable[str]) -> Type:
-    """A list of some of these words."""
-    return Type("list of texts", {"type": "array", "items": {"enum": list(known)}}, _texts)
+def some_of(words: Iterable[str]) -> Type:
+    """A list of some of `words`."""
+    return Type("list of texts", {"type": "array", "items": {"enum": list(words)}}, _texts)
 
 
 def is_text(value: Any) -> bool:
-    """Whether a value of a TOML text is a text, and no number with a point."""
+    """Return whether a value of a TOML text is a text, and not a number with a point."""
     return isinstance(value, str) and not isinstance(value, Number)

@@ -1,7 +1,9 @@
-"""The tables and keys of a TOML machine file and of a scene, a row each: what the reader takes them from."""
+"""The tables and keys of a TOML machine file and of a scene, a row each: the source of the reader."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -14,23 +16,33 @@ from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
 from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite, is_plain_number
-from symoro_elastic.formats.toml.with_units import unit_in
 from symoro_elastic.formats.toml.within import TOLERANCES_OF_SCENE
 from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared_columns
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Base, Body, Closing, Joint, Kind, KnownOfBase, Orientation
+from symoro_elastic.machine.machine import (
+    Base,
+    Body,
+    Closing,
+    Floating,
+    Joint,
+    Kind,
+    KnownOfBase,
+    NamedFrame,
+    Orientation,
+)
+from symoro_elastic.machine.names import quote
 from symoro_elastic.machine.scene import ALL
-from symoro_elastic.quantities.scaled_units import scaled
 from symoro_elastic.quantities.time_steps import TimeStep
+from symoro_elastic.quantities.unit_reader import UnitError, in_two, number_in_si, read_unit
 
 
 def key_of(column: Column) -> Key:
-    """The key under which a column stands."""
+    """The key of a column."""
     if column.parts:
-        kind = keys.VECTOR if column.parts == AXES else keys.TENSOR
+        kind = keys.VECTOR if len(column.parts) == 3 else keys.TENSOR
     else:
         kind = keys.NOT_NEGATIVE if column.dimension.is_nonnegative else keys.FORMULA
-    unit = " or ".join(dict.fromkeys(column.dimension.units))
+    unit = " or ".join(filter(None, dict.fromkeys(column.dimension.units)))
     usual = keys.NOTHING[kind] if column.parts else column.default
     return Key(column.key, kind, column.meaning, column.example, usual, column.default.text, unit)
 
@@ -56,10 +68,13 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
             raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
     if is_not_finite(value) and "nan" in value:
         return None, unit
-    if is_plain_number(value) and (known := scaled(unit)) and not known.is_si:
-        value, unit = f"{value} {unit}".replace("_", ""), known.text
-    if unit_of_value := unit_in(value) if keys.is_text(value) else None:
-        unit = unit or unit_of_value.text
+    try:
+        if is_plain_number(value) and unit and not (read := read_unit(unit)).is_si:
+            value, unit = number_in_si(str(value).replace("_", ""), unit, read.text), read.text
+        elif keys.is_text(value) and not unit and (parts := in_two(value)):
+            unit = read_unit(parts[1]).text
+    except UnitError as error:
+        raise table.fail(key, str(error)) from None
     return replace(table, units=unit).cell(value, key), unit
 
 
@@ -68,7 +83,7 @@ def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
 
 
 def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
-    """Joints with the position of each, None where only names are listed."""
+    """Joints with the position of each, None for a list of names only."""
     if isinstance(table.entries[key], dict):
         return {**keys.FORMULAS.read(table, key)}
     return dict.fromkeys(table.texts(key))
@@ -78,8 +93,8 @@ VALUE = Key("value", keys.FORMULA, "value, in its unit", "0.35", otherwise="no v
 UNIT = Key(
     "unit",
     keys.TEXT,
-    "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; a number in "
-    "mm, deg and the like is converted, a formula in them is refused; other text is printed only",
+    "unit, as in N m/rad: formulas are checked by it, and it is printed; a number in another unit than that of SI is "
+    "converted, a formula in one is refused, and so is a unit that is not known",
     '"m"',
     default="",
     otherwise='""',
@@ -117,12 +132,66 @@ SIGMA = Key(
 )
 VARIABLE = Key(
     *("variable", keys.NAMED, "variable of the joint itself, where its cell holds several names", '"d_nut"'),
-    otherwise="the name in the cell that is not the variable of another joint",
+    otherwise="the name in the cell that is not the variable of another joint; q and the row's number with axis",
 )
 
 
+def _axis(table: Table, key: str) -> tuple[float, ...]:
+    """The direction of an axis, of length 1."""
+    value = table.entries[key]
+    if keys.is_text(value):
+        if not re.fullmatch("[-+]?[xyz]", value):
+            raise table.fail(key, f"{quote(value)} is not an axis: {OF_AXES}")
+        return tuple((-1.0 if value[0] == "-" else 1.0) * (value[-1] == letter) for letter in AXES)
+    if not isinstance(value, list):
+        raise table.fail(key, f"is not an axis: {OF_AXES}")
+    entries = keys.list_of_numbers(3).read(table, key)
+    length = math.hypot(*entries)
+    if not length:
+        raise table.fail(key, f"is zero, without a direction: {OF_AXES}")
+    unit = [0.0 if abs(x) < NO_COMPONENT * length else x / length for x in entries]
+    if abs(length - 1) > UNIT_LENGTH:
+        listed = ", ".join(f"{x:.12g}" for x in unit)
+        raise table.fail(key, f"has length {length:.6g}: write the unit vector [{listed}]")
+    return tuple(unit)
+
+
+OF_AXES = 'write "x", "y", "z", "-x" ... or a unit vector as [0, 0.6, 0.8]'
+UNIT_LENGTH = 1e-6
+"""Error of the length of a unit vector: entries of six digits."""
+NO_COMPONENT = 1e-15
+"""Part of a unit vector that is the rounding of cos(pi/2)."""
+AXIS = Key(
+    "axis",
+    Type(
+        '"x", "y", "z", "-x" ..., or a unit vector of three numbers',
+        {"anyOf": [{"enum": [sign + x for sign in ("", "-", "+") for x in AXES]}, keys.VECTOR.schema]},
+        _axis,
+    ),
+    "axis about which the joint turns or along which it slides, in axes of frame 0 at position zero, in place of "
+    "gamma, b, alpha, d, theta, r; of a fixed frame and a cut joint z of the frame, whose x is then the axis that "
+    "follows z in x, y, z, x",
+    '"y"',
+    otherwise="the row is given by gamma to r; a fixed frame has the axes of frame 0",
+)
+AT = Key(
+    *("at", keys.VECTOR, "a point of the axis, origin of the frame, in frame 0 at position zero", '[0, 0, "L1"]'),
+    otherwise="[0, 0, 0]",
+    unit="m",
+)
+IN = Key(
+    *("in", JOINT_OR_ROW),
+    "row above in whose frame at position zero axis and at are given; that of a joint by axis is at its point, with "
+    "axes of frame 0",
+    '"shoulder"',
+    default=0,
+    otherwise="frame 0",
+)
+BY_AXIS = (AXIS, AT, IN)
+
+
 def _where(kinds: Iterable[Kind], rules: keys.Schema) -> keys.Schema:
-    """The schema that holds for rows of these kinds."""
+    """Return the schema for rows of some kinds."""
     return {"if": {"properties": {"kind": {"enum": [kind.value for kind in kinds]}}}, "then": rules}
 
 
@@ -135,15 +204,19 @@ BY_KIND = {
             {"properties": {"sigma": {"enum": [0, 1]}}, "required": ["sigma"]},
         ),
         _where([Kind.FIXED, Kind.COUPLED], {"properties": {"variable": False}}),
-    ]
+    ],
+    "dependentSchemas": {
+        key.name: {"properties": dict.fromkeys(("gamma", "b", "alpha", "d"), False)} for key in BY_AXIS
+    },
 }
 JOINTS = Section(
     "joints",
     "A row for each joint, from the base outwards: "
-    "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r).",
-    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *keys_of(declared_columns(Joint, "joints"))),
+    "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r), or axis and at.",
+    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *BY_AXIS, *keys_of(declared_columns(Joint, "joints"))),
     "joint",
     rows=True,
+    least=0,
     rules=BY_KIND,
 )
 
@@ -179,13 +252,33 @@ LOOPS = Section(
     "loop",
 )
 
+ON = Key("on", keys.NAMED, "joint whose body carries it", '"wrist"', default="", otherwise="frame 0")
+FRAMES = Section(
+    "[frames]",
+    "Frames without a row of the table, by name: tools, sensors, the links of a robot. A frame of the name of a joint "
+    "replaces the frame of its row, which is then `row NAME`; where two would have one name they are `link NAME`, "
+    "`joint NAME`, `site NAME`.",
+    (ON, *keys_of(declared_columns(NamedFrame))),
+    "frame",
+    naming={"type": "string", "pattern": rf"^((link|joint|site) )?{keys.NAME[1:]}"},
+)
+
 ABOUT_ORIGIN, ABOUT_CENTER = (keys_of(declared_columns(Body, form=form)) for form in ("column", CENTRAL))
 _NOT_AT_ORIGIN = {"properties": {key.name: False for key in ABOUT_ORIGIN[1:]}}
+BODY_AXES = Key(
+    *("axes", one_of(("joint", "base"))),
+    "frame of the numbers: joint, that of the row in the table; base, at the point of the joint (its origin), with "
+    "axes of frame 0 at position zero",
+    '"base"',
+    default="",
+    otherwise="base of a joint that is given by axis, else joint",
+)
+OF_BODY = tuple(dict.fromkeys((*ABOUT_CENTER, *ABOUT_ORIGIN[1:])))
 BODY = Section(
     "[bodies]",
     "Inertial parameters by joint, about the centre of mass or about the origin of the frame. A joint that is not "
     "listed carries a body without mass.",
-    tuple(dict.fromkeys((*ABOUT_CENTER, *ABOUT_ORIGIN[1:]))),
+    (*OF_BODY, BODY_AXES),
     "joint",
     rules={"dependentSchemas": {key.name: _NOT_AT_ORIGIN for key in ABOUT_CENTER[1:]}},
 )
@@ -211,30 +304,27 @@ FLOATING = Key(
     otherwise="the base does not float",
 )
 KNOWN = Key(
-    *(
-        "known",
-        one_of(tuple(KnownOfBase)),
-        "what is known about a floating base: the wrench on it, or its acceleration",
-    ),
+    *("known", one_of(tuple(KnownOfBase)), "known quantity of a floating base: the wrench on it, or its acceleration"),
     '"wrench"',
     default=KnownOfBase.WRENCH.value,
     otherwise='"wrench"',
 )
 OF_BASE = Key(
-    *("body", Section("", "", BODY.keys, rules=BODY.rules).type, "the body of a floating base, as in [bodies]"),
+    *("body", Section("", "", OF_BODY, rules=BODY.rules).type, "the body of a floating base, as in [bodies]"),
     "{ mass = 3, center_of_mass = [0, 0, 0.02], inertia = [0.05, 0.05, 0.08] }",
     otherwise="no mass",
 )
+DAMPING_OF_BASE = keys_of(declared_columns(Floating, "base"))
 BASE = Section(
     "[base]",
     "Motion of the base: given in the file, or an argument of the models where the base floats.",
-    (*keys_of(declared_columns(Base, "base")), FLOATING, KNOWN, OF_BASE),
-    rules={"dependentRequired": {key.name: [FLOATING.name] for key in (KNOWN, OF_BASE)}},
+    (*keys_of(declared_columns(Base, "base")), FLOATING, KNOWN, OF_BASE, *DAMPING_OF_BASE),
+    rules={"dependentRequired": {key.name: [FLOATING.name] for key in (KNOWN, OF_BASE, *DAMPING_OF_BASE)}},
 )
 
 SCENE = Section(
     "[scene]",
-    "What is generated. The same keys may stand in a file of their own for `--scene`, under [scene] or without it.",
+    "What is generated. A separate file for `--scene` has the same keys, under [scene] or without it.",
     (
         Key(
             *("models", keys.TEXTS, "models to generate", '["inverse_dynamics", "jacobian"]'),
@@ -283,7 +373,7 @@ SCENE = Section(
         ),
         Key(
             *("forces", keys.TEXTS),
-            "frames on which wrenches act that models and steps take as arguments, in axes of frame 0",
+            "frames with wrenches as arguments of models and steps, in axes of frame 0",
             '["tool"]',
             default=(),
             otherwise="none",
@@ -339,7 +429,7 @@ MACHINE = Section(
     (
         *(FILE_NAME, NOTES, GRAVITY),
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
-        *(_table("loops", LOOPS), PARAMETERS),
+        *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(
             _table("base", BASE),
@@ -352,5 +442,9 @@ MACHINE = Section(
         ),
     ),
 )
-SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION)
+SECTIONS = (
+    *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
+    *map(section_of, OF_JOINTS),
+    *(BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
+)
 """All tables of a machine file, in the order of the reference."""

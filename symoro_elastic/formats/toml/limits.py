@@ -45,15 +45,15 @@ def _range(table: Table, key: str) -> Range:
 
 def _tolerance(table: Table, key: str) -> float | str:
     """The tolerance under a key: a number, or a text in percent."""
-    given = table.entries[key]
-    if isinstance(given, str) and not isinstance(given, Number) and given.rstrip().endswith(PERCENT):
+    entry = table.entries[key]
+    if isinstance(entry, str) and not isinstance(entry, Number) and entry.rstrip().endswith(PERCENT):
         try:
-            number(given.rstrip().removesuffix(PERCENT))
+            number(entry.rstrip().removesuffix(PERCENT))
         except FormulaError as error:
-            raise table.fail(key, f"{quote(given)} is not a percentage: {error}") from None
-        return given
-    found: float = NUMBER.read(table, key)
-    return found
+            raise table.fail(key, f"{quote(entry)} is not a percentage: {error}") from None
+        return entry
+    tolerance: float = NUMBER.read(table, key)
+    return tolerance
 
 
 RANGE = Type("number x for -x to x, or list of 2 numbers", {"anyOf": [NUMBER.schema, PAIR.schema]}, _range)
@@ -80,7 +80,8 @@ EXAMPLES = {"position": "[-1.5, 2]", "velocity": "3", "acceleration": "20", TORQ
 LIMITS = Section(
     f"[{HEADING}]",
     "Limits by joint: of joints with a variable of their own, coupled ones follow others. A number x is the range from "
-    "-x to x, a list its two ends. No model depends on them: `excite`, `view`, `show` and sweeps take them.",
+    "-x to x, a list its two ends. No equation depends on them: `excite`, `view`, `show` and sweeps use them, and "
+    "inside of them hold what `check --proven` guarantees and what `--within` leaves out.",
     tuple(
         Key(name, RANGE, MEANINGS[name], EXAMPLES[name], otherwise="none", unit=" or ".join(UNITS[name]))
         for name in LIMITED
@@ -99,23 +100,23 @@ def limits_of(top: Table, machine: DescribedMachine, listed: Table) -> Limits:
 
 def _of_joints(table: Table, machine: Machine) -> dict[str, JointLimits]:
     numbers = {joint.name: j for j, joint in reversed([*enumerate(machine.joints, start=1)])}
-    found = {}
+    limits = {}
     for name in table.entries:
         if name not in numbers:
             raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, numbers)}")
         entry = table.table(name).only(LIMITS.names)
-        given = {
+        ranges = {
             key.name: _of_joint(entry, key, machine, numbers[name]) for key in LIMITS.keys if key.name in entry.entries
         }
-        found[name] = JointLimits(**given)
-    return {name: one for name, one in found.items() if one}
+        limits[name] = JointLimits(**ranges)
+    return {name: limit for name, limit in limits.items() if limit}
 
 
 def _of_joint(entry: Table, key: Key, machine: Machine, j: int) -> Range:
     if reason := why_unlimited(machine, j, key.name):
         raise entry.fail(key.name, reason)
-    found: Range = replace(key, unit=unit_of(key.name, machine.joint(j))).read(entry)
-    return found
+    range_of_joint: Range = replace(key, unit=unit_of(key.name, machine.joint(j))).read(entry)
+    return range_of_joint
 
 
 def _of_parameters(listed: Table, parameters: Sequence[Parameter]) -> Iterator[tuple[str, Range]]:
@@ -127,23 +128,23 @@ def _of_parameters(listed: Table, parameters: Sequence[Parameter]) -> Iterator[t
 def _of_parameter(entry: Table, parameter: Parameter) -> Range:
     if parameter.value is None:
         raise entry.fail(TOLERANCE.name, "it has no value, so no tolerance: give it a value")
-    given = replace(TOLERANCE, unit=parameter.unit).read(entry)
+    tolerance_entry = replace(TOLERANCE, unit=parameter.unit).read(entry)
     try:
         value = parameter.value.table_value()
-        tolerance = _absolute(given, value)
+        tolerance = _absolute(tolerance_entry, value)
         if not tolerance > 0:
             what = "is not above zero: leave it out where the value is exact"
-            raise entry.fail(TOLERANCE.name, f"{given} of {value:g} {what}")
+            raise entry.fail(TOLERANCE.name, f"{tolerance_entry} of {value:g} {what}")
         return Range(value - tolerance, value + tolerance)
     except (FormulaError, ValueError) as error:
         raise entry.fail(TOLERANCE.name, str(error)) from None
 
 
-def _absolute(given: float | str, value: float) -> float:
-    """A tolerance as it is written, in the unit of the value."""
-    if isinstance(given, str):
-        return abs(value) * number(given.rstrip().removesuffix(PERCENT)) / 100
-    return given
+def _absolute(tolerance: float | str, value: float) -> float:
+    """A written tolerance in the unit of the value."""
+    if isinstance(tolerance, str):
+        return abs(value) * number(tolerance.rstrip().removesuffix(PERCENT)) / 100
+    return tolerance
 
 
 # Writing
@@ -152,13 +153,13 @@ def _absolute(given: float | str, value: float) -> float:
 def entries_of_limits(limits: JointLimits) -> list[tuple[str, str]]:
     """The entries of a joint, as TOML writes them: one number where the range is the same both ways."""
     ranges = ((name, getattr(limits, name)) for name in LIMITED)
-    return [(name, _written(one, name == LIMITED[0])) for name, one in ranges if one is not None]
+    return [(name, _written(interval, name == LIMITED[0])) for name, interval in ranges if interval is not None]
 
 
-def _written(one: Range, both: bool) -> str:
-    if one.is_symmetric and not both:
-        return _number(one.high)
-    return f"[{_number(one.low)}, {_number(one.high)}]"
+def _written(interval: Range, both: bool) -> str:
+    if interval.is_symmetric and not both:
+        return _number(interval.high)
+    return f"[{_number(interval.low)}, {_number(interval.high)}]"
 
 
 def _number(x: float) -> str:
@@ -166,7 +167,7 @@ def _number(x: float) -> str:
 
 
 def written_tolerance(value: float, tolerated: Range) -> str:
-    """A tolerance as TOML writes it: in percent where that is short and gives the same range, else as a number."""
+    """A tolerance as TOML writes it: in percent if that is short and equal, else as a number."""
     half = (tolerated.high - tolerated.low) / 2
     share = f"{100 * half / abs(value):.6g} {PERCENT}" if value else ""
     if share and _ranges(value, _absolute(share, value), tolerated):
@@ -181,4 +182,4 @@ def _ranges(value: float, tolerance: float, tolerated: Range) -> bool:
 
 def limits_by_joint(limits: Limits) -> Mapping[str, list[tuple[str, str]]]:
     """The entries of all joints by name."""
-    return {name: entries_of_limits(one) for name, one in limits.joints.items()}
+    return {name: entries_of_limits(limit) for name, limit in limits.joints.items()}

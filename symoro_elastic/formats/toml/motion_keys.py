@@ -43,12 +43,12 @@ WOBBLES = Section(
     rows=True,
 )
 GAINS = (
-    Key("kp", NUMBER, "gain of the position error", "2e6", otherwise="bandwidth", unit="N m/rad or N/m"),
-    Key("kd", NUMBER, "gain of the velocity error", "3e4", otherwise="damping", unit="N m s/rad or N s/m"),
+    Key("kp", NUMBER, "gain of the position error", "2e6", otherwise="bandwidth instead", unit="N m/rad or N/m"),
+    Key("kd", NUMBER, "gain of the velocity error", "3e4", otherwise="damping instead", unit="N m s/rad or N s/m"),
 )
 BANDWIDTH = (
-    Key("bandwidth", NUMBER, "frequency of the motor, springs locked", "25", otherwise="kp", unit="Hz"),
-    Key("damping", NUMBER, "its damping ratio", "0.8", otherwise="kd"),
+    Key("bandwidth", NUMBER, "frequency of the motor, springs locked", "25", otherwise="kp instead", unit="Hz"),
+    Key("damping", NUMBER, "its damping ratio", "0.8", otherwise="kd instead"),
 )
 _NEEDED = {key.name: [other.name] for pair in (GAINS, BANDWIDTH) for key, other in (pair, pair[::-1])}
 _NOT_BOTH = {key.name: {"properties": {other.name: False for other in BANDWIDTH}} for key in GAINS}

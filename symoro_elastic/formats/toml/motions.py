@@ -36,7 +36,7 @@ from symoro_elastic.machine.prescribed_motion import (
     Servo,
     Wobble,
 )
-from symoro_elastic.machine.resolve_motions import refuse_unfulfillable, resolve_motion
+from symoro_elastic.machine.resolve import refuse_unfulfillable, resolve_motion
 
 Entries = dict[str, Any]
 """A table as it is written: texts, numbers, lists and tables."""
@@ -58,17 +58,17 @@ def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
         return ()
     tables = MOTIONS.type.read(top, MOTIONS.name)
     places = [MOTIONS.name] if len(tables) == 1 else [f"{MOTIONS.name} {k}" for k in range(1, len(tables) + 1)]
-    placed = [replace(table, place=place) for table, place in zip(tables, places, strict=True)]
-    return tuple(resolve_motion(_motion(table), machine) for table in placed)
+    at_places = [replace(table, place=place) for table, place in zip(tables, places, strict=True)]
+    return tuple(resolve_motion(_motion(table), machine) for table in at_places)
 
 
 def wanted_of(top: Table) -> Wanted | None:
-    """The requirements in the top table of a file, None where it has no such table."""
+    """The requirements in the top table of a file, None without such a table."""
     if "wanted" not in top.entries:
         return None
     table = top.table("wanted").only(WANTED.names)
-    found = {key.name: key.read(table) for key in WANTED.keys if key.name in table.entries}
-    wanted = Wanted(**found, source=top.source)
+    requirements = {key.name: key.read(table) for key in WANTED.keys if key.name in table.entries}
+    wanted = Wanted(**requirements, source=top.source)
     refuse_unfulfillable(wanted)
     return wanted
 
@@ -76,19 +76,19 @@ def wanted_of(top: Table) -> Wanted | None:
 def _motion(table: Table) -> PrescribedMotion:
     """The motion in a table, its names as written."""
     table.only(MOTION.names)
-    found = {key.name: key.read(table) for key in MOTION.keys if key is not BASE}
+    entries = {key.name: key.read(table) for key in MOTION.keys if key is not BASE}
     moves, wobbles, forces = (_rows(table, key) for key in ("moves", "wobbles", "forces"))
     servos = table.table("servo")
-    found |= {
+    entries |= {
         "moves": tuple(Move(x["motor"], x["by"], x["from"], x["in"]) for x in map(MOVES.within, moves)),
         "wobbles": tuple(Wobble(**WOBBLES.within(entry)) for entry in wobbles),
         "servo": {name: _servo(servos.table(name)) for name in servos.entries},
         "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
         "base": BaseStart(**BASE_START.within(table.table(BASE.name))) if BASE.name in table.entries else None,
     }
-    if found["drives"] and found["servo"]:
+    if entries["drives"] and entries["servo"]:
         raise table.fail("drives", "motors have drives or servos: leave out one of the two")
-    return PrescribedMotion(**found, source=table.source, place=table.place)
+    return PrescribedMotion(**entries, source=table.source, place=table.place)
 
 
 def _rows(table: Table, key: str) -> list[Table]:
@@ -98,22 +98,22 @@ def _rows(table: Table, key: str) -> list[Table]:
 def _servo(table: Table) -> Servo:
     """Gains, or bandwidth and damping: one of the two pairs, complete."""
     table.only(SERVO.names)
-    given = {*table.entries}
+    keys = {*table.entries}
     for pair, law in ((GAINS, Gains), (BANDWIDTH, Bandwidth)):
-        if given == {key.name for key in pair}:
+        if keys == {key.name for key in pair}:
             return law(*(key.type.read(table, key.name) for key in pair))
     raise InputError(table.source, table.place, "give kp and kd, or bandwidth and damping")
 
 
-def _force(found: Mapping[str, Any]) -> AppliedForce:
-    return AppliedForce(found["at"], tuple(found[name] for name in WRENCH), found["from"], found["in"])
+def _force(entries: Mapping[str, Any]) -> AppliedForce:
+    return AppliedForce(entries["at"], tuple(entries[name] for name in WRENCH), entries["from"], entries["in"])
 
 
 # Writing
 
 
 def entries_of_motion(motion: PrescribedMotion) -> Entries:
-    """The table of a motion, without what is left out."""
+    """The table of a motion, defaults omitted."""
     table = {
         "start": motion.start,
         "duration": motion.duration,
@@ -131,7 +131,7 @@ def entries_of_motion(motion: PrescribedMotion) -> Entries:
 
 
 def entries_of_wanted(wanted: Wanted) -> Entries:
-    """The table of requirements, without entries that are left out."""
+    """The table of requirements, defaults omitted."""
     table = {name: getattr(wanted, name) for name in WANTED.names}
     return {key: list(x) if isinstance(x, tuple) else x for key, x in table.items() if x}
 

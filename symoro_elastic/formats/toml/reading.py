@@ -1,4 +1,4 @@
-"""The machine as a TOML file: one line per joint, as in the table of geometric parameters."""
+"""The machine of a TOML file: one line per joint, as in the table of geometric parameters."""
 
 from __future__ import annotations
 
@@ -6,60 +6,51 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from symoro_elastic.formats.files import name_of
+from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
+from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.key import Key
-from symoro_elastic.formats.toml.keys import (
-    ABOUT_CENTER,
-    ABOUT_ORIGIN,
-    ANTECEDENT,
-    BASE,
-    BODY,
-    CLOSES,
-    CUT,
-    DEPENDENT,
-    EXTRAS,
-    FILE_NAME,
-    FLOATING,
-    GRAVITY,
-    JOINTS,
-    KIND,
-    KNOWN,
-    LOOPS,
-    MACHINE,
-    MEETS,
-    NAME,
-    NOTES,
-    OF_BASE,
-    OF_JOINTS,
-    PARAMETER,
-    PARAMETERS,
-    SIGMA,
-    START,
-    VARIABLE,
-    key_of,
-    section_of,
-)
+from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of
 from symoro_elastic.formats.toml.motions import motions_of, wanted_of
-from symoro_elastic.formats.toml.scenes import scene_of
 from symoro_elastic.formats.toml.tables import Table, load
+from symoro_elastic.formats.toml.within import KEYS, within_of
 from symoro_elastic.formats.toml.writing import BASE_PARAMETERS, GROUPED, write
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import OF_ROTORS, Column, Values, with_columns
+from symoro_elastic.machine.columns import OF_ROTORS, Column, Values, declared_columns, with_columns
 from symoro_elastic.machine.described import DescribedMachine, Origin, Request
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.loops import Closing, Loop
-from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, KnownOfBase, Orientation, Parameter
+from symoro_elastic.machine.machine import (
+    NO_VECTOR,
+    Base,
+    Body,
+    Floating,
+    Joint,
+    Kind,
+    KnownOfBase,
+    Machine,
+    NamedFrame,
+    Orientation,
+    Parameter,
+)
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.machine.resolve import resolve
+from symoro_elastic.machine.resolve import Models, resolve
+from symoro_elastic.machine.scene import Scene
 
+if TYPE_CHECKING:
+    from symoro_elastic.formats.toml.axes import Place
+
+WEIGHTLESS = "no gravity is given, so bodies have no weight: write gravity = [0, 0, -9.81], or [0, 0, 0] if meant"
 NAME_OF_FILE = 'it is made of the name of the file, give another by name = "..."'
 __all__ = ["FORMAT", "read", "write"]
+BESIDE = ("motion", "wanted")
+"""Tables of a scene file in addition to its scene."""
 
 
 def read(text: str, source: str) -> DescribedMachine:
@@ -69,24 +60,27 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
-    top, source = top.only(MACHINE.names), top.source
-    listed = PARAMETERS.type.read(top, PARAMETERS.name)
-    parameters = tuple(Parameter(name, *PARAMETER.read(listed, name)) for name in listed.entries)
-    joints = _joints(top, {parameter.name for parameter in parameters})
-    extras = EXTRAS.read(top)
+    top, source = top.only(keys.MACHINE.names), top.source
+    listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
+    parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
+    joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
+    floating = _floating(top.table("base"))
+    extras = keys.EXTRAS.read(top)
     machine = DescribedMachine(
-        name=FILE_NAME.read(top, name_of(Path(source).stem)),
+        name=keys.FILE_NAME.read(top, name_of(Path(source).stem)),
         joints=joints,
         loops=loops_of(top, joints),
+        frames=frames,
         parameters=parameters,
         base=_base(top),
-        floating=_floating(top.table("base")),
+        floating=floating,
         source=source,
         is_grouped=extras.get(BASE_PARAMETERS) == GROUPED,
         origin=Origin(
-            notes=NOTES.read(top),
+            notes=keys.NOTES.read(top),
             extras={key: x for key, x in extras.items() if (key, x) != (BASE_PARAMETERS, GROUPED)},
-            of_name="" if FILE_NAME.name in top.entries else NAME_OF_FILE,
+            of_name="" if keys.FILE_NAME.name in top.entries else NAME_OF_FILE,
+            remarks=(WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else (),
         ),
     )
     machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
@@ -94,75 +88,171 @@ def machine_of(top: Table) -> DescribedMachine:
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
 
 
+def _has_masses(joints: Sequence[Joint], floating: Floating | None) -> bool:
+    bodies = [joint.body for joint in joints] + ([floating.body] if floating else [])
+    return any(not cell.is_zero for body in bodies for cell in (body.mass, *body.moments))
+
+
+def _frames(top: Table) -> tuple[NamedFrame, ...]:
+    table = top.table("frames")
+    entries = ((name, replace(table.table(name), place=f"frame {_label(name)}")) for name in table.entries)
+    return tuple(
+        with_columns(NamedFrame(name, keys.ON.read(entry.only(keys.FRAMES.names))), _reader(entry, "frames"))
+        for name, entry in entries
+    )
+
+
 def _base(top: Table) -> Base:
-    table = top.table("base").only(BASE.names)
-    return replace(with_columns(Base(), _reader(table, "base")), gravity=GRAVITY.read(top))
+    table = top.table("base").only(keys.BASE.names)
+    return replace(with_columns(Base(), _reader(table, "base")), gravity=keys.GRAVITY.read(top))
 
 
 def _floating(table: Table) -> Floating | None:
-    if FLOATING.name not in table.entries:
-        for key in (KNOWN.name, OF_BASE.name):
+    if keys.FLOATING.name not in table.entries:
+        for key in (keys.KNOWN.name, keys.OF_BASE.name, *(key.name for key in keys.DAMPING_OF_BASE)):
             if key in table.entries:
                 raise table.fail(key, 'only a floating base has one: add floating = "rotation"')
         return None
-    body = body_of(table.table(OF_BASE.name))
-    return Floating(Orientation(FLOATING.read(table)), KnownOfBase(KNOWN.read(table)), body)
+    body = body_of(table.table(keys.OF_BASE.name))
+    damping = (key.read(table) for key in keys.DAMPING_OF_BASE)
+    return Floating(Orientation(keys.FLOATING.read(table)), KnownOfBase(keys.KNOWN.read(table)), body, *damping)
 
 
-def _joints(top: Table, parameters: set[str]) -> tuple[Joint, ...]:
-    rows = [_named(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
+def _joints_and_frames(top: Table, parameters: set[str]) -> tuple[tuple[Joint, ...], tuple[NamedFrame, ...]]:
+    rows = [_with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
     numbers: dict[str, int] = {}
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
-    joints = [_joint(row, j, numbers) for j, row in enumerate(rows, start=1)]
-    given = {j: VARIABLE.read(row) for j, row in enumerate(rows, start=1) if VARIABLE.name in row.entries}
-    joints = [*with_own_variables(joints, given, parameters, lambda j, key, what: rows[j - 1].fail(key, what))]
-    for section in OF_JOINTS:
+    joints = [_joint(row, j, numbers, parameters) for j, row in enumerate(rows, start=1)]
+    own = {j: keys.VARIABLE.read(row) for j, row in enumerate(rows, start=1) if keys.VARIABLE.name in row.entries}
+
+    def fail(j: int, key: str, what: str) -> InputError:
+        return rows[j - 1].fail(key, what)
+
+    joints = [*with_own_variables(joints, own, parameters, fail)]
+    body_axes: dict[int, str] = {}
+    for section in keys.OF_JOINTS:
         for name in top.table(section).entries:
             if name not in numbers:
                 raise InputError(top.source, section, f"no joint {quote(name)}{did_you_mean(name, numbers)}")
             j = numbers[name]
-            entry = top.table(section).table(name)
-            joints[j - 1] = _with_section(joints[j - 1], section, replace(entry, place=rows[j - 1].place))
-    return tuple(joints)
+            entry = replace(top.table(section).table(name), place=rows[j - 1].place)
+            if section == "bodies" and (axes := keys.BODY_AXES.read(entry.only(keys.BODY.names))):
+                body_axes[j] = axes
+                entry = entry.without(keys.BODY_AXES.name)
+            joints[j - 1] = _with_section(joints[j - 1], section, entry)
+    frames = _frames(top)
+    if not body_axes and not any(_is_by_axis(row) for row in rows):
+        return tuple(joints), frames
+    return _by_axes(rows, joints, frames, (numbers, parameters, body_axes))
 
 
-def _named(row: Table, j: int) -> Table:
-    """The row with the joint's name in its place, which later messages contain."""
+Names = tuple[Mapping[str, int], Collection[str], Mapping[int, str]]
+"""Rows by name, parameters, and axes of bodies by row."""
+
+
+def _by_axes(
+    rows: Sequence[Table], joints: Sequence[Joint], frames: Sequence[NamedFrame], names: Names
+) -> tuple[tuple[Joint, ...], tuple[NamedFrame, ...]]:
+    """Joints, some given by axis and point, as rows of geometric parameters, and frames on them."""
+    from symoro_elastic.formats.toml.axes import TableByAxes, fault_of
+
+    numbers, parameters, body_axes = names
+    variables = [joint.variable for joint in joints if joint.variable]
+    places = {}
+    for j, (row, joint) in enumerate(zip(rows, joints, strict=True), start=1):
+        if not _is_by_axis(row):
+            continue
+        places[j] = _place(row, j, numbers, parameters)
+        if joint.kind is Kind.COUPLED and (fault := fault_of(joint.selected, variables)):
+            raise row.fail(SELECTED[joint.sigma], fault)
+    table = TableByAxes(joints, places, body_axes, lambda j, key, what: rows[j - 1].fail(key, what))
+    return table.rows, tuple(table.with_frame(frame, rows[0].source) for frame in frames)
+
+
+def _is_by_axis(row: Table) -> bool:
+    return any(key.name in row.entries for key in keys.BY_AXIS)
+
+
+def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collection[str]) -> Place:
+    """Axis and point of a row."""
+    from symoro_elastic.formats.toml.axes import Place, fault_of
+
+    within = _row_of(row, keys.IN, j, numbers)
+    if not 0 <= within < j:
+        raise row.fail(
+            keys.IN.name, f"row {within} is not above this row: axis and at are given in a frame of a row above, or 0"
+        )
+    at = keys.AT.read(row, NO_VECTOR)
+    for cell in at:
+        if unknown := sorted(cell.names.difference(parameters)):
+            what = f"{quote(unknown[0])} is not a parameter{did_you_mean(unknown[0], parameters)}"
+            raise row.fail(keys.AT.name, f"{what}: declare it in [parameters]")
+        if fault := fault_of(cell):
+            raise row.fail(keys.AT.name, fault)
+    return Place(keys.AXIS.read(row) if keys.AXIS.name in row.entries else None, at, within)
+
+
+def _with_name_in_place(row: Table, j: int) -> Table:
+    """Return the row with the joint's name in its place, for later messages."""
     name = replace(row, place=f"joint {j}").text("name")
-    shown = name if name.isidentifier() and len(name) < 100 else quote(name)
-    return replace(row, place=f"joint {j} ({shown})")
+    label = name if name.isidentifier() and len(name) < 100 else quote(name)
+    return replace(row, place=f"joint {j} ({label})")
 
 
-def _joint(row: Table, j: int, numbers: dict[str, int]) -> Joint:
-    """A row as written, its variable still in its cell."""
-    row.only(JOINTS.names)
-    kind = Kind(KIND.read(row))
-    if SIGMA.name not in row.entries and kind != Kind.FIXED:
+def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[str]) -> Joint:
+    """A row as written, its variable still in its cell, or put there for a row by axis."""
+    row.only(keys.JOINTS.names)
+    kind = Kind(keys.KIND.read(row))
+    if keys.SIGMA.name not in row.entries and kind != Kind.FIXED:
         raise row.fail("sigma", "is missing: 0 revolute, 1 prismatic, 2 fixed frame")
-    joint = Joint(NAME.read(row), _antecedent(row, j, numbers), kind, SIGMA.read(row, 2))
-    return with_columns(joint, _reader(row, "joints"))
+    joint = Joint(keys.NAME.read(row), _row_of(row, keys.ANTECEDENT, j, numbers), kind, keys.SIGMA.read(row, 2))
+    if not _is_by_axis(row):
+        return with_columns(joint, _reader(row, "joints"))
+    own = SELECTED.get(joint.sigma, "")
+    for column in declared_columns(Joint, "joints"):
+        if column.key in row.entries and (kind != Kind.COUPLED or column.key != own):
+            by = next(key.name for key in keys.BY_AXIS if key.name in row.entries)
+            way = "leave it out (variable names its variable)" if column.key == own else f"leave it out, or {by}"
+            raise row.fail(column.key, f"{by} says where the joint is at position zero: {way}")
+    if own and keys.AXIS.name not in row.entries and kind != Kind.CUT:
+        raise row.fail(keys.AXIS.name, 'is missing: write axis = "x", "y", "z", "-x" ... or a unit vector')
+    if kind == Kind.COUPLED:
+        return with_columns(joint, _reader(row, "joints"))
+    return joint.with_selected(_variable_cell(row, j, parameters)) if own else joint
 
 
-def _antecedent(row: Table, j: int, numbers: dict[str, int]) -> int:
-    value = ANTECEDENT.read(row, j - 1)
+def _variable_cell(row: Table, j: int, parameters: Collection[str]) -> Formula:
+    """The cell of a joint that is given by its axis: its variable alone."""
+    name = keys.VARIABLE.read(row, f"q{j}")
+    cell = row.cell(name, keys.VARIABLE.name)
+    if cell.tree[0] != "name":
+        raise row.fail(keys.VARIABLE.name, f"{quote(name)} is not a name")
+    if name in parameters:
+        raise row.fail(keys.VARIABLE.name, f"{quote(name)} is a parameter: give the joint another variable")
+    return cell
+
+
+def _row_of(row: Table, key: Key, j: int, numbers: Mapping[str, int]) -> int:
+    """The number of the row that a key names."""
+    value = key.read(row, j - 1 if key is keys.ANTECEDENT else 0)
     if isinstance(value, int):
         return value
     if value not in numbers:
-        raise row.fail("antecedent", f"no joint {quote(value)}{did_you_mean(value, numbers)}")
+        raise row.fail(key.name, f"no joint {quote(value)}{did_you_mean(value, numbers)}")
     return numbers[value]
 
 
 def _with_section(joint: Joint, section: str, table: Table) -> Joint:
-    """The joint with the entries of one section in its columns."""
+    """The joint with the entries of a section in its columns."""
     if section == "bodies":
         return replace(joint, body=body_of(table))
-    table.only(section_of(section, Joint).names)
+    table.only(keys.section_of(section, Joint).names)
     return with_columns(joint, _reader(table, section, joint.sigma))
 
 
 def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[Column, Values], Values]:
-    """Function that gives columns of the section their values in the table; other columns keep theirs.
+    """Return a function that sets columns of the section from the table; other columns stay.
 
     `sigma` is that of the joint; a rotor turns where the joint slides, too.
     """
@@ -170,20 +260,20 @@ def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[C
     def read(column: Column, values: Values) -> Values:
         if column.section != section:
             return values
-        key = key_of(column)
+        key = keys.key_of(column)
         if sigma is not None and column.dimension not in OF_ROTORS:
             key = replace(key, unit=column.dimension.units[int(sigma == 1)])
-        found = key.read(table)
-        return found if column.parts else (found,)
+        value = key.read(table)
+        return value if column.parts else (value,)
 
     return read
 
 
 def body_of(table: Table) -> Body:
     """The body in a table, about its centre of mass or about the origin of the frame."""
-    table.only(BODY.names)
+    table.only([key.name for key in keys.OF_BODY])
     central, about_origin = (
-        [key.name for key in form[1:] if key.name in table.entries] for form in (ABOUT_CENTER, ABOUT_ORIGIN)
+        [key.name for key in form[1:] if key.name in table.entries] for form in (keys.ABOUT_CENTER, keys.ABOUT_ORIGIN)
     )
     if central and about_origin:
         what = "are two alternatives: give center_of_mass and inertia, or first_moments and inertia_at_origin"
@@ -196,22 +286,22 @@ def loops_of(top: Table, joints: Sequence[Joint]) -> tuple[Loop, ...]:
     rows = {joint.name: j for j, joint in reversed([*enumerate(joints, start=1)])}
     by_variable = {joint.variable: joint.name for joint in joints if joint.variable}
     table = top.table("loops")
-    entries = {name: replace(table.table(name), place=f"loop {_shown(name)}") for name in table.entries}
-    return tuple(_loop(name, entry.only(LOOPS.names), rows, by_variable) for name, entry in entries.items())
+    entries = {name: replace(table.table(name), place=f"loop {_label(name)}") for name in table.entries}
+    return tuple(_loop(name, entry.only(keys.LOOPS.names), rows, by_variable) for name, entry in entries.items())
 
 
 def _loop(name: str, entry: Table, rows: Mapping[str, int], by_variable: Mapping[str, str]) -> Loop:
-    dependent = DEPENDENT.read(entry)
-    for one in dependent:
-        if one not in rows and one not in by_variable:
-            raise entry.fail(DEPENDENT.name, f"no joint {quote(one)}{did_you_mean(one, [*rows, *by_variable])}")
+    dependent = keys.DEPENDENT.read(entry)
+    for text in dependent:
+        if text not in rows and text not in by_variable:
+            raise entry.fail(keys.DEPENDENT.name, f"no joint {quote(text)}{did_you_mean(text, [*rows, *by_variable])}")
     return Loop(
         name=name,
-        cut=_row(entry, CUT, rows),
-        meets=_row(entry, MEETS, rows),
-        closes=Closing(CLOSES.read(entry)),
-        dependent=tuple(one if one in rows else by_variable[one] for one in dependent),
-        start=START.read(entry),
+        cut=_row(entry, keys.CUT, rows),
+        meets=_row(entry, keys.MEETS, rows),
+        closes=Closing(keys.CLOSES.read(entry)),
+        dependent=tuple(x if x in rows else by_variable[x] for x in dependent),
+        start=keys.START.read(entry),
     )
 
 
@@ -222,7 +312,7 @@ def _row(entry: Table, key: Key, rows: Mapping[str, int]) -> int:
     return rows[name]
 
 
-def _shown(name: str) -> str:
+def _label(name: str) -> str:
     return name if name.isidentifier() and len(name) < 100 else quote(name)
 
 
@@ -231,19 +321,19 @@ Fail = Callable[[int, str, str], InputError]
 
 
 def with_own_variables(
-    joints: Sequence[Joint], given: Mapping[int, str], parameters: Collection[str], fail: Fail
+    joints: Sequence[Joint], chosen: Mapping[int, str], parameters: Collection[str], fail: Fail
 ) -> tuple[Joint, ...]:
     """The joints with their own variables taken out of the cells that sigma selects.
 
-    `given` are the variables that rows name as their own. Of several names in a cell that are no `parameters`, the own
+    `chosen` are the variables that rows name as their own. Of several names in a cell that are no `parameters`, the own
     one is that which no other row owns. Raises what `fail` gives where that leaves none, or a doubt.
     """
     owning = [j for j, joint in enumerate(joints, start=1) if joint.sigma in SELECTED and joint.kind != Kind.COUPLED]
-    for j, variable in given.items():
+    for j, variable in chosen.items():
         if refusal := _not_own(joints[j - 1], variable, j in owning):
             raise fail(j, "variable", refusal)
     new = {j: new_names(joints[j - 1].selected, parameters) for j in owning}
-    owned = _owned(joints, new, given)
+    owned = _own_variables(joints, new, chosen)
     split = list(joints)
     for j in owning:
         joint = joints[j - 1]
@@ -258,45 +348,45 @@ def with_own_variables(
 
 def new_names(cell: Formula, parameters: Collection[str]) -> list[str]:
     """Names in a cell that are not parameters, in the order in which they first occur."""
-    found = cell.names.difference(parameters)
-    return [word for word in dict.fromkeys(re.findall(r"[A-Za-z_]\w*", cell.text, re.ASCII)) if word in found]
+    unknown = cell.names.difference(parameters)
+    return [word for word in dict.fromkeys(re.findall(r"[A-Za-z_]\w*", cell.text, re.ASCII)) if word in unknown]
 
 
-def _owned(joints: Sequence[Joint], new: Mapping[int, list[str]], given: Mapping[int, str]) -> dict[int, str]:
-    """Own variables by row: those given, those alone in their cells, and those that others leave over."""
+def _own_variables(joints: Sequence[Joint], new: Mapping[int, list[str]], chosen: Mapping[int, str]) -> dict[int, str]:
+    """Own variables by row: stated ones, single names in cells, and the only names that remain."""
     alone = {j: names[0] for j, names in new.items() if len(names) == 1}
     owned = {j: name for j, name in alone.items() if offset_of(joints[j - 1].selected, name) is not None}
     elsewhere = set(owned.values())
     owned |= {j: name for j, name in alone.items() if name not in elsewhere}
-    owned |= given
+    owned |= chosen
     _leave_over(new, owned)
     return owned
 
 
 def _leave_over(new: Mapping[int, list[str]], owned: dict[int, str]) -> None:
-    """Add the variables of the rows in whose cells all names but one are owned by others."""
-    left = {j: {*names} for j, names in new.items() if j not in owned}
+    """Add the variables of rows whose cells hold one name that no other row owns."""
+    candidates = {j: {*names} for j, names in new.items() if j not in owned}
     holding: dict[str, list[int]] = {}
-    for j, names in left.items():
+    for j, names in candidates.items():
         for name in names:
             holding.setdefault(name, []).append(j)
-    taken = [*dict.fromkeys(owned.values())]
-    for name in taken:
+    used = [*dict.fromkeys(owned.values())]
+    for name in used:
         for j in holding.pop(name, ()):
-            left[j].discard(name)
-            if len(left[j]) == 1 and j not in owned:
-                (owned[j],) = left[j]
-                taken.append(owned[j])
+            candidates[j].discard(name)
+            if len(candidates[j]) == 1 and j not in owned:
+                (owned[j],) = candidates[j]
+                used.append(owned[j])
 
 
-def _no_own(joint: Joint, new: Sequence[str], taken: Collection[str], parameters: Collection[str]) -> str:
-    """Why a row that needs a variable of its own has none."""
+def _no_own(joint: Joint, new: Sequence[str], used: Collection[str], parameters: Collection[str]) -> str:
+    """Return why a row that needs a variable has none."""
     column, other = SELECTED[joint.sigma], OTHER[joint.sigma]
-    left = [name for name in new if name not in taken]
-    if left:
-        likely = [name for name in left if offset_of(joint.selected, name) is not None] or left
-        named = f"{', '.join(left[:-1])} and {left[-1]}"
-        new_ones = "both new" if len(left) == 2 else "all new"
+    free = [name for name in new if name not in used]
+    if free:
+        likely = [name for name in free if offset_of(joint.selected, name) is not None] or free
+        named = f"{', '.join(free[:-1])} and {free[-1]}"
+        new_ones = "both new" if len(free) == 2 else "all new"
         advice = f'write variable = "{likely[-1]}"; parameters are declared in [parameters]'
         return f"the cell holds {named}, {new_ones}: {advice}"
     if new:
@@ -305,18 +395,41 @@ def _no_own(joint: Joint, new: Sequence[str], taken: Collection[str], parameters
     what = f"no joint variable in {quote(getattr(joint, column))}, where sigma = {joint.sigma} expects it"
     elsewhere = sorted(getattr(joint, other).names.difference(parameters))
     if elsewhere:
-        what += f"; {elsewhere[0]!r} stands in {other}, which is for sigma = {1 - joint.sigma}"
+        what += f"; {elsewhere[0]!r} is in {other}, which is for sigma = {1 - joint.sigma}"
     return what
 
 
 def _not_own(joint: Joint, variable: str, owns: bool) -> str:
-    """Why a variable that a row names as its own cannot be; empty where it can."""
+    """Return why a row cannot have the stated variable; empty if it can."""
     if not owns:
         which = "a coupled joint" if joint.kind == Kind.COUPLED else "a fixed frame"
         return f"{which} has no variable of its own: leave it out"
     if variable not in joint.selected.names:
-        return f"{quote(variable)} does not stand in {SELECTED[joint.sigma]} = {quote(joint.selected)}"
+        return f"{quote(variable)} does not occur in {SELECTED[joint.sigma]} = {quote(joint.selected)}"
     return ""
 
 
 FORMAT = Format(TOML, read, write)
+
+
+def read_scene(path: str | Path, machine: Machine, models: Models | None = None) -> Scene:
+    """The scene in a TOML file, its names resolved in `machine`; raises `InputError`.
+
+    Its keys stand under [scene] or at the top; tables of motions beside it are left to `read_motions`.
+    """
+    return scene_in(load(load_text(path), str(path)), machine, models)
+
+
+def scene_in(top: Table, machine: Machine, models: Models | None = None) -> Scene:
+    """The scene in the top table of a file, as `read_scene` gives it."""
+    source, top = top.source, replace(top, entries={key: x for key, x in top.entries.items() if key not in BESIDE})
+    if "scene" in top.entries:
+        top = top.only(("scene",)).table("scene")
+    return resolve(scene_of(top), machine, models, source)
+
+
+def scene_of(table: Table) -> Scene:
+    """The scene in a table, its names as written."""
+    entries = SCENE.within(table)
+    within = within_of(entries)
+    return Scene(**{key: x for key, x in entries.items() if key not in KEYS}, within=within)

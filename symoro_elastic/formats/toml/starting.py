@@ -1,10 +1,11 @@
-"""Commented TOML files to start a machine from: what each kind gives, and every other key as a comment."""
+"""Commented TOML files to start a machine from: the entries of its kind, and every other key as a comment."""
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
@@ -12,6 +13,7 @@ from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import (
     BASE,
     EXTRAS,
+    FRAMES,
     GRAVITY,
     JOINTS,
     LOOPS,
@@ -24,15 +26,38 @@ from symoro_elastic.formats.toml.keys import (
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.motion_keys import MOTION, WANTED
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.columns import AXES
+from symoro_elastic.machine.formula import FormulaError, number
+from symoro_elastic.machine.names import quote
+from symoro_elastic.quantities.unit_reader import UnitError, in_si
 
 
 @dataclass(frozen=True)
 class Start:
-    """A machine to start from: what it is, the rows of its joints, and the lines of its tables by their headings."""
+    """A machine to start from: its title, the rows of its joints, and the lines of its tables by their headings."""
 
     title: str
     joints: str
     tables: Mapping[str, str]
+
+
+RANGES = {
+    "0": "position = [-2.9, 2.9], velocity = 3, acceleration = 15",
+    "1": "position = [-0.4, 0.4], velocity = 1, acceleration = 10",
+}
+"""Of motors that turn, rad, and of slides, m."""
+TUNED = 'Kv = "tuned", Kp = "tuned", Tn = "tuned", current = { lag = 5e-4 }'
+"""A drive whose gains `tune` finds."""
+
+
+def with_drives(start: Start) -> Start:
+    """The machine with limits and drives of all motors, whose gains are to be tuned."""
+    motors = re.findall(r'name = "(\w+)",.*kind = "motor",\s+sigma = (\d)', start.joints)
+    width = max((len(name) for name, _ in motors), default=0)
+    limits = "\n".join(f"{name:{width}} = {{ {RANGES[sigma]} }}" for name, sigma in motors)
+    drives = "\n".join(f"{name:{width}} = {{ {TUNED} }}" for name, _ in motors)
+    return replace(start, tables={**start.tables, OF_LIMITS: limits, OF_MOTORS: drives})
 
 
 ARM = Start(
@@ -64,30 +89,53 @@ waist    = { viscous = 2, coulomb = 4 }
 """,
     },
 )
-CARTESIAN = Start(
-    "three prismatic axes along x, y and z of frame 0, with a tool whose frame has the axes of frame 0",
+
+
+def start_of_axes(axes: str, screws: str = "") -> Start:
+    """Slides along x, y or z in this order, from the frame to the tool, a motor for each; raises `InputError`.
+
+    With `screws`, a pitch with its unit or in m, an elastic ball screw is between each motor and its slide.
     """
-  { name = "x_axis", kind = "motor", sigma = 1, gamma = "pi/2", alpha = "pi/2", d = 0, theta = "pi/2", r = "qx" },
-  { name = "y_axis", kind = "motor", sigma = 1, gamma = 0,      alpha = "pi/2", d = 0, theta = "pi/2", r = "qy" },
-  { name = "z_axis", kind = "motor", sigma = 1, gamma = 0,      alpha = "pi/2", d = 0, theta = 0,      r = "qz" },
-  { name = "tool",   kind = "fixed", sigma = 2, gamma = 0,      alpha = 0,      d = 0, theta = 0,      r = "-L4" },
-""",
-    {
-        "parameters": """
-L4 = { value = 0.2, unit = "m" }
-""",
-        "bodies": """
-x_axis = { mass = 120, center_of_mass = [0, 0, 0], inertia = [4, 4, 4] }
-y_axis = { mass = 60,  center_of_mass = [0, 0, 0], inertia = [2, 2, 2] }
-z_axis = { mass = 25,  center_of_mass = [0, 0, 0.1], inertia = [0.5, 0.5, 0.1] }
-""",
-        "motors": """
-x_axis = { rotor_inertia = 80 }
-y_axis = { rotor_inertia = 40 }
-z_axis = { rotor_inertia = 30 }
-""",
-    },
-)
+    letters = re.sub(r"[\s,]", "", axes).lower()
+    if not letters or not set(letters) <= set(AXES) or len(set(letters)) < len(letters):
+        what = (
+            f'{quote(axes)} is not a list of axes: write X, Y and Z in order from the frame to the tool, as in "X Y Z"'
+        )
+        raise InputError("symoro-elastic", "--axes", what)
+    pitch, slide = _pitch(screws) if screws else "", "screw" if screws else "axis"
+    rows, bodies, springs = [], [], []
+    rotor = f'rotor_inertia = 2e-3, ratio = "2*pi/{pitch}"' if screws else "rotor_inertia = 80"
+    for k, x in enumerate(letters):
+        place, mass = f'sigma = 1, axis = "{x}", at = [0, 0, {0.2 * k:.1g}]', 400 >> k
+        rows.append(f'  {{ name = "{x}_axis",  kind = "motor",   {place} }},')
+        if screws:
+            rows.append(f'  {{ name = "{x}_screw", kind = "elastic", {place} }},')
+            springs.append(f"{x}_screw = {{ stiffness = 1.5e8, damping = 2e4 }}")
+        inertia = ", ".join([f"{0.04 * mass:g}"] * 3)
+        bodies.append(f"{x}_{slide} = {{ mass = {mass}, center_of_mass = [0, 0, 0], inertia = [{inertia}] }}")
+    rows.append(f'  {{ name = "tool",    kind = "fixed", at = [0, 0, "-L1"], in = "{letters[-1]}_{slide}" }},')
+    tables = {"parameters": 'L1 = { value = 0.2, unit = "m" }', "bodies": "\n".join(bodies)}
+    tables |= {"springs": "\n".join(springs)} if springs else {}
+    tables["motors"] = "\n".join(f"{x}_axis = {{ {rotor} }}" for x in letters)
+    title = f"slides along {', '.join(letters)} from the frame to the tool"
+    title += ", each on an elastic ball screw" * bool(screws)
+    return with_drives(Start(title, "\n".join(rows), tables))
+
+
+def _pitch(text: str) -> str:
+    """The pitch of a screw, m, as a formula writes it."""
+    try:
+        pitch = in_si(text, "m")
+        if 0 < number(pitch) < MOST_PITCH:
+            return pitch if re.fullmatch(r"[\d.]+", pitch) else f"({pitch})"
+        what = f"is {pitch} m"
+    except (UnitError, FormulaError) as error:
+        what = str(error)
+    raise InputError("symoro-elastic", "--screws", f"{quote(text)} {what}: write the pitch of the screws, as in 20mm")
+
+
+MOST_PITCH = 1.0
+"""Of a ball screw, m: a larger number lacks its unit."""
 ELASTIC = Start(
     "a motor that drives an arm through a spring: the joint of the motor, then that of the spring",
     """
@@ -174,7 +222,70 @@ crank = { rotor_inertia = 0.0005, ratio = 80 }
 """,
     },
 )
-STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FLOATING, "linkage": LINKAGE}
+SCARA = Start(
+    "a SCARA: two revolute axes and a slide with a revolute axis at its end, all vertical",
+    """
+  { name = "shoulder", kind = "motor", sigma = 0, axis = "z" },
+  { name = "elbow",    kind = "motor", sigma = 0, axis = "z", at = ["L1", 0, 0] },
+  { name = "quill",    kind = "motor", sigma = 1, axis = "z", at = ["L1 + L2", 0, 0] },
+  { name = "wrist",    kind = "motor", sigma = 0, axis = "z", at = ["L1 + L2", 0, 0] },
+  { name = "tool",     kind = "fixed", at = [0, 0, -0.1], in = "wrist" },
+""",
+    {
+        "parameters": """
+L1 = { value = 0.35, unit = "m" }
+L2 = { value = 0.25, unit = "m" }
+""",
+        "bodies": """
+shoulder = { mass = 8, center_of_mass = [0.17, 0, 0], inertia = [0.02, 0.12, 0.12] }
+elbow    = { mass = 5, center_of_mass = [0.12, 0, 0], inertia = [0.01, 0.05, 0.05] }
+quill    = { mass = 1.2, center_of_mass = [0, 0, 0.1], inertia = [0.005, 0.005, 0.0002] }
+wrist    = { mass = 0.3, center_of_mass = [0, 0, -0.05], inertia = [0.0002, 0.0002, 0.0001] }
+""",
+        "motors": """
+shoulder = { rotor_inertia = 3e-5, ratio = 80 }
+elbow    = { rotor_inertia = 2e-5, ratio = 50 }
+quill    = { rotor_inertia = 2e-5, ratio = "2*pi/0.02" }
+wrist    = { rotor_inertia = 0.004 }
+""",
+    },
+)
+GANTRY = Start(
+    "a portal: a bridge that yaws on its guides, a cross slide on the bridge and a ram, driven by ball screws",
+    """
+  { name = "bridge",      kind = "motor",   sigma = 1, axis = "y", at = [0, 0, "H"] },
+  { name = "guides",      kind = "elastic", sigma = 0, axis = "z", at = [0, 0, "H"] },
+  { name = "cross_slide", kind = "motor",   sigma = 1, axis = "x", at = [0, 0, "H"] },
+  { name = "carriage",    kind = "elastic", sigma = 0, axis = "y", at = [0, 0, "H"] },
+  { name = "ram",         kind = "motor",   sigma = 1, axis = "z", at = [0, 0, "H"] },
+  { name = "tool",        kind = "fixed",   at = [0, 0, "-L"], in = "ram" },
+""",
+    {
+        "parameters": """
+H = { value = 1.2, unit = "m" }
+L = { value = 0.6, unit = "m" }
+""",
+        "bodies": """
+guides   = { mass = 220, center_of_mass = [0, 0, 0], inertia = [4, 80, 80] }
+carriage = { mass = 60, center_of_mass = [0, 0, 0.05], inertia = [1.6, 1.2, 1.2] }
+ram      = { mass = 35, center_of_mass = [0, 0, -0.2], inertia = [2.4, 2.4, 0.3] }
+""",
+        "springs": """
+guides   = { stiffness = 4e7, damping = 4e4 }
+carriage = { stiffness = 6e6, damping = 3e3 }
+""",
+        "motors": """
+bridge      = { rotor_inertia = 4e-3, ratio = "2*pi/0.02" }
+cross_slide = { rotor_inertia = 1.2e-3, ratio = "2*pi/0.02" }
+ram         = { rotor_inertia = 8e-4, ratio = "2*pi/0.01" }
+""",
+    },
+)
+STARTS = {
+    **{"arm": with_drives(ARM), "cartesian": start_of_axes("X Y Z"), "elastic": with_drives(ELASTIC)},
+    **{"floating": FLOATING, "gantry": with_drives(GANTRY), "linkage": LINKAGE, "scara": with_drives(SCARA)},
+    **{name: start_of_axes(axes, "20mm") for name, axes in (("lathe", "Z X"), ("mill", "X Y Z"))},
+}
 """Machines to start from, by kind."""
 OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
@@ -183,9 +294,9 @@ OTHERWISE = {
     "motion": ("drives",),
     OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),
 }
-"""Keys by table that an example leaves out: others stand in their place, or the line would be long."""
+"""Keys by table that an example leaves out: others replace them, or the line would be long."""
 PARTS = {OF_MOTORS: OF_DRIVES[1:]}
-"""Tables within the tables of others."""
+"""Tables within other tables."""
 WIDTH = 120
 HEAD = """# {title}
 # Numbers are examples: SI units, angles in rad ("pi/2"). Lines that begin with # are options: remove the # to use one.
@@ -199,10 +310,10 @@ BRIEF = """# {title}
 """
 
 
-def starting_text(name: str, kind: str, brief: bool = False) -> str:
-    """The text of a machine file of this kind, with all other keys as comments unless `brief`."""
-    start = STARTS[kind]
-    blocks = _brief_blocks(name, start) if brief else _blocks(name, start)
+def starting_text(name: str, kind: str | Start, full: bool = False) -> str:
+    """The text of a machine file of this kind, with all other keys as comments if `full`."""
+    start = STARTS[kind] if isinstance(kind, str) else kind
+    blocks = _blocks(name, start) if full else _brief_blocks(name, start)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
@@ -211,19 +322,20 @@ def _brief_blocks(name: str, start: Start) -> Iterator[str]:
     yield BRIEF.format(title=f"{name}: {start.title}.")
     yield f'name = "{name}"\ngravity = {GRAVITY.example}'
     yield f"joints = [\n{start.joints.strip(chr(10))}\n]"
-    for table in ("loops", "parameters", *OF_JOINTS, "base"):
+    for table in ("loops", "parameters", *OF_JOINTS, "base", OF_LIMITS, OF_MOTORS):
         if table in start.tables:
             yield f"[{table}]\n{start.tables[table].strip(chr(10))}"
 
 
 def _blocks(name: str, start: Start) -> list[str]:
-    """All tables, those that are not needed as comments."""
+    """All tables, optional ones as comments."""
     blocks = [
         HEAD.format(title=f"{name}: {start.title}."),
         f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
         f"gravity = {GRAVITY.example}  # {GRAVITY.unit}: {GRAVITY.meaning}",
         "\n".join([*_comments(JOINTS), f"joints = [\n{start.joints.strip(chr(10))}\n]"]),
         _of_section("loops", LOOPS, start),
+        _of_section("frames", FRAMES, start),
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
@@ -236,7 +348,7 @@ def _blocks(name: str, start: Start) -> list[str]:
 
 
 def _of_section(name: str, section: Section, start: Start) -> str:
-    """A table as the kind gives it, or as a comment, below its keys."""
+    """A table with the entries of the kind, or as a comment, below its keys."""
     if section is LOOPS:
         example = ", ".join(f"{key.name} = {key.example}" for key in section.keys)
         lines = f"loop_name = {{ {example} }}"
@@ -249,7 +361,7 @@ def _of_section(name: str, section: Section, start: Start) -> str:
         left_out = {*OTHERWISE.get(name, ()), *(("base",) if fixed else ())}
         keys = [key for key in section.keys if key.name not in left_out]
         lines = "\n".join(f"{key.name} = {key.example}" for key in keys)
-    comments = [line for one in (section, *PARTS.get(name, ())) for line in _comments(one)]
+    comments = [line for part in (section, *PARTS.get(name, ())) for line in _comments(part)]
     return _table(name, "\n".join(comments), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))
 
 
@@ -259,14 +371,14 @@ def _table(name: str, comments: str, tables: Mapping[str, str], otherwise: str) 
 
 
 def _comments(section: Section) -> Iterator[str]:
-    """Lines that say what a table and each of its keys mean."""
-    yield from _wrapped(section.meaning, "# ")
+    """Lines on the meaning of a table and of its keys."""
+    yield from _wrap(section.meaning, "# ")
     for key in section.keys:
         unit = f" ({key.unit})" if key.unit else ""
-        default = f"; default: {key.otherwise}" if key.otherwise else ""
-        yield from _wrapped(f"{key.name}: {key.meaning}{unit}{default}", "#   ")
+        otherwise = f"; where left out: {key.otherwise}" if key.otherwise else ""
+        yield from _wrap(f"{key.name}: {key.meaning.removesuffix('.')}{unit}{otherwise}", "#   ")
 
 
-def _wrapped(text: str, indent: str) -> list[str]:
+def _wrap(text: str, indent: str) -> list[str]:
     following = indent if len(indent) == 2 else indent + "  "
     return textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=following, break_on_hyphens=False)

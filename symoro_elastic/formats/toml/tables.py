@@ -5,23 +5,24 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from symoro_elastic.formats.joint_cells import formula, whole
-from symoro_elastic.formats.toml.with_units import in_si
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import MAX_LENGTH, ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.quantities.scaled_units import scaled
+from symoro_elastic.quantities.unit_reader import UnitError, in_si, number_in_si
 
 MAX_DOTS = 8
 QUANTITY = ("value", "unit")
 """Keys of a number with its unit."""
 _STRING_OR_COMMENT = re.compile(
-    r'"""(?:[^\\]|\\.)*?"""|' + r"'''.*?'''|" + r'"(?:[^"\\\n]|\\.)*"|' + r"'[^'\n]*'|#[^\n]*", re.DOTALL
+    r'"""(?:[^\\]|\\.)*?(?:"""|\Z)|' + r"'''.*?(?:'''|\Z)|" + r'"(?:[^"\\\n]++|\\.)*+"?|' + r"'[^'\n]*'?|#[^\n]*",
+    re.DOTALL,
 )
+"""A string that is not closed ends with its line or the text: each character is looked at once."""
 _RUN = re.compile(r"[\w\-. \t]+", re.ASCII)
 
 
@@ -31,7 +32,7 @@ class Number(str):
 
 def load(text: str, source: str) -> Table:
     """The tables of a TOML text; raises `InputError` naming the line."""
-    _check_keys(text, source)
+    _check_words(text, source)
     try:
         return Table(tomllib.loads(text, parse_float=Number), source)
     except tomllib.TOMLDecodeError as error:
@@ -39,8 +40,6 @@ def load(text: str, source: str) -> Table:
         raise InputError(source, line or "file", f"not TOML: {' '.join(what.split())[:200]}") from None
     except RecursionError:
         raise InputError(source, "file", "nested too deeply: entries need at most four levels") from None
-    except ValueError:
-        raise InputError(source, "file", "a number has too many digits") from None
 
 
 def table_of(entries: Mapping[str, Any], source: str) -> Table:
@@ -49,7 +48,7 @@ def table_of(entries: Mapping[str, Any], source: str) -> Table:
 
 
 def _as_written(value: Any, source: str) -> Any:
-    """Return a value of Python as the TOML reader gives it: numbers with a point as texts, lists for all sequences."""
+    """Return a value of Python as the TOML reader does: numbers with a point as texts, lists for all sequences."""
     if isinstance(value, Mapping):
         return {str(key): _as_written(x, source) for key, x in value.items()}
     if isinstance(value, bool | str):
@@ -66,11 +65,18 @@ def _as_written(value: Any, source: str) -> Any:
     raise InputError(source, "table", what)
 
 
-def _check_keys(text: str, source: str) -> None:
-    """Refuse dotted keys of many parts, on which the TOML reader's time and memory grow with their square."""
+def _check_words(text: str, source: str) -> None:
+    """Refuse keys of many parts and numbers of many digits before TOML is parsed.
+
+    Its time and memory grow with the square of their number.
+    """
     for run in _RUN.finditer(_STRING_OR_COMMENT.sub("s", text)):
         if run[0].count(".") > MAX_DOTS:
             raise InputError(source, "file", f"{quote(run[0].strip())} has more than {MAX_DOTS} dots: keys need fewer")
+        for word in run[0].split():
+            if len(word) > MAX_LENGTH:
+                what = f"{quote(word)} has {len(word)} characters: numbers and keys have at most {MAX_LENGTH}"
+                raise InputError(source, "file", what)
 
 
 @dataclass(frozen=True)
@@ -83,57 +89,61 @@ class Table:
     units: str = ""
 
     def at(self, key: str) -> str:
-        """The name of the place of one entry."""
+        """The name of the place of an entry."""
         return f"{self.place}, {key}" if self.place else key
 
     def fail(self, key: str, what: str) -> InputError:
         """The error to raise about one entry."""
         return InputError(self.source, self.at(key), what)
 
-    def only(self, known: Iterable[str]) -> Table:
-        """The table itself, whose keys must be `known`."""
+    def only(self, allowed: Iterable[str]) -> Table:
+        """Return the table, whose keys must all be `allowed`."""
         for key in self.entries:
-            if key not in known:
-                shown = key if re.fullmatch(r"\w{1,60}", key) else quote(key)
-                raise self.fail(shown, f"no such key here{did_you_mean(key, known)}")
+            if key not in allowed:
+                label = key if re.fullmatch(r"\w{1,60}", key) else quote(key)
+                raise self.fail(label, f"no such key here{did_you_mean(key, allowed)}")
         return self
+
+    def without(self, key: str) -> Table:
+        """The table without an entry."""
+        return replace(self, entries={name: x for name, x in self.entries.items() if name != key})
 
     def table(self, key: str) -> Table:
         """The table under `key`, empty when absent."""
-        found = self.entries.get(key, {})
-        if not isinstance(found, dict):
+        entries = self.entries.get(key, {})
+        if not isinstance(entries, dict):
             raise self.fail(key, "must be a table: { key = value, ... }")
-        return Table(found, self.source, self.at(key), self.units)
+        return Table(entries, self.source, self.at(key), self.units)
 
     def tables(self, key: str) -> list[Table]:
         """The list of tables under `key`."""
-        found = self.entries.get(key, [])
-        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+        entries = self.entries.get(key, [])
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise self.fail(key, "must be a list of tables: [ { key = value, ... }, ... ]")
-        return [Table(entry, self.source) for entry in found]
+        return [Table(entry, self.source) for entry in entries]
 
     def text(self, key: str, default: str | None = None) -> str:
         """The text under `key`; without default it must be there."""
-        found = self.entries.get(key, default)
-        if found is None:
+        text = self.entries.get(key, default)
+        if text is None:
             raise self.fail(key, "is missing")
-        if not isinstance(found, str) or isinstance(found, Number):
+        if not isinstance(text, str) or isinstance(text, Number):
             raise self.fail(key, "must be a text in quotes")
-        return found
+        return text
 
     def texts(self, key: str) -> tuple[str, ...]:
         """The list of texts under `key`."""
-        found = self.entries.get(key, [])
-        if not isinstance(found, list) or not all(isinstance(e, str) and not isinstance(e, Number) for e in found):
+        texts = self.entries.get(key, [])
+        if not isinstance(texts, list) or not all(isinstance(e, str) and not isinstance(e, Number) for e in texts):
             raise self.fail(key, "must be a list of texts in quotes")
-        return tuple(found)
+        return tuple(texts)
 
     def truth(self, key: str) -> bool:
         """The truth value under `key`."""
-        found = self.entries[key]
-        if not isinstance(found, bool):
+        truth = self.entries[key]
+        if not isinstance(truth, bool):
             raise self.fail(key, "must be true or false")
-        return found
+        return truth
 
     def whole(self, key: str) -> int:
         """The whole number under `key`."""
@@ -147,14 +157,14 @@ class Table:
         return self.cell(self.entries[key], key) if key in self.entries else default
 
     def formulas(self, key: str, lengths: tuple[int, ...]) -> tuple[Formula, ...]:
-        """The list of numbers or formulas under `key`, of one of these lengths."""
-        found = self.entries[key]
+        """The list of numbers or formulas under `key`, with one of the `lengths`."""
+        entries = self.entries[key]
         expected = " or ".join(map(str, lengths))
-        if not isinstance(found, list):
+        if not isinstance(entries, list):
             raise self.fail(key, f"must be a list of {expected} numbers or formulas")
-        if len(found) not in lengths:
-            raise self.fail(key, f"has {len(found)} entries, expected {expected}")
-        return tuple(self.cell(entry, key) for entry in found)
+        if len(entries) not in lengths:
+            raise self.fail(key, f"has {len(entries)} entries, expected {expected}")
+        return tuple(self.cell(entry, key) for entry in entries)
 
     def vector(self, key: str) -> Vector3:
         """The three numbers or formulas under `key`, zero when absent."""
@@ -174,7 +184,10 @@ class Table:
         if isinstance(value, Number):
             value = value.replace("_", "")
         elif isinstance(value, str):
-            value = in_si(value, self.units, self.source, self.at(key))
+            try:
+                value = in_si(value, self.units)
+            except UnitError as error:
+                raise self.fail(key, str(error)) from None
         return formula(value, self.source, self.at(key))
 
     def _with_unit(self, entries: dict[str, Any], key: str) -> str:
@@ -183,9 +196,10 @@ class Table:
         value, unit = entries.get("value"), entry.text("unit")
         if not is_plain_number(value):
             raise entry.fail("value", 'must be a number: write { value = 350, unit = "mm" }, or "350 mm"')
-        if scaled(unit) is None:
-            raise entry.fail("unit", f"{quote(unit)} is not a product of known units")
-        return f"{value} {unit}".replace("_", "")
+        try:
+            return number_in_si(str(value).replace("_", ""), unit, self.units)
+        except UnitError as error:
+            raise entry.fail("unit", str(error)) from None
 
 
 def is_plain_number(value: Any) -> bool:

@@ -99,7 +99,7 @@ WINDOW = Key(
     Type('"none", "hann", table of hann or exponential', {"anyOf": [{"enum": [NONE, HANN]}, *_TIMES]}, _window),
     "window over the records of responses: Hann's, of segments of a length, or an exponential one with a time constant",
     "{ exponential = 0.12 }",
-    otherwise="not known: none, and what it would change is said",
+    otherwise="not known: none, and its possible effect is reported",
     unit="s",
 )
 VALIDATE = Key(
@@ -122,7 +122,7 @@ TOP = "tests"
 
 @dataclass(frozen=True)
 class ListedTest:
-    """One entry of the list: names are those of joints of the machine, `place` its place in the list `source`."""
+    """An entry of the list: names are those of joints of the machine, `place` its place in the list `source`."""
 
     file: str
     path: Path
@@ -159,22 +159,22 @@ def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTes
     file = table.entries.get(FILE.name)
     table = replace(table, place=f"test {number}" + (f" ({file})" if isinstance(file, str) and file else ""))
     table.only(TESTS.names)
-    found = {key.name: key.read(table) for key in TESTS.keys if key not in (AT, AVERAGES, WINDOW)}
-    if not found["file"].strip():
+    entries = {key.name: key.read(table) for key in TESTS.keys if key not in (AT, AVERAGES, WINDOW)}
+    if not entries["file"].strip():
         raise table.fail(FILE.name, "is empty: name the file of the measurement")
     averages = AVERAGES.read(table) if AVERAGES.name in table.entries else None
     if averages is not None and averages < 1:
         raise table.fail(AVERAGES.name, f"{averages}: a response has at least 1 average")
     window = WINDOW.read(table) if WINDOW.name in table.entries else None
-    low, high = found["band"]
+    low, high = entries["band"]
     if not 0 <= low < high:
         raise table.fail(BAND.name, f"from {low:g} to {high:g} Hz: give 0 <= LOW < HIGH")
-    hold = _held(table, machine, found["hold"])
+    hold = _locked_motors(table, machine, entries["hold"])
     pd = _driven(table, machine, hold)
-    drives = _with_drives(table, machine, found["drives"], {**dict.fromkeys(hold, HOLD), **dict.fromkeys(pd, PD)})
+    drives = _with_drives(table, machine, entries["drives"], {**dict.fromkeys(hold, HOLD), **dict.fromkeys(pd, PD)})
     return ListedTest(
-        found["file"], path.parent / found["file"], _positions(table, machine), hold, pd, drives, found["band"],
-        averages, window, found["validate"], found["rename"], table.source, table.place,
+        entries["file"], path.parent / entries["file"], _positions(table, machine), hold, pd, drives, entries["band"],
+        averages, window, entries["validate"], entries["rename"], table.source, table.place,
     )  # fmt: skip
 
 
@@ -182,82 +182,82 @@ def _positions(table: Table, machine: Machine) -> dict[str, float]:
     """The positions under `at`, by joint, within limits."""
     of, limits = table.table(AT.name), DescribedMachine.of(machine).limits
     moving = {joint.name: joint for joint in machine.independent_joints}
-    found: dict[str, float] = {}
+    positions: dict[str, float] = {}
     for key in of.entries:
         name = _name(of, key, machine, moving, "joint")
         unit = unit_of("position", moving[name])
         x = NUMBER.read(replace(of, units=unit), key)
         allowed = limits.of(name).position
-        if name in found:
+        if name in positions:
             raise of.fail(key, f"{name} is named twice: keep one")
         if allowed and x not in allowed:
             what = f"{x:g} {unit} is outside its limits, {allowed.low:g} to {allowed.high:g} {unit}"
             raise of.fail(key, f"{what}: correct it, or the table [limits] of the machine")
-        found[name] = x
-    return found
+        positions[name] = x
+    return positions
 
 
-def _held(table: Table, machine: Machine, names: tuple[str, ...]) -> tuple[str, ...]:
+def _locked_motors(table: Table, machine: Machine, names: tuple[str, ...]) -> tuple[str, ...]:
     motors = [joint.name for joint in machine.motor_joints]
-    held = motors if ALL in names else [_name(table, name, machine, motors, "motor", HOLD.name) for name in names]
-    if len(set(held)) < len(held):
+    locked = motors if ALL in names else [_name(table, name, machine, motors, "motor", HOLD.name) for name in names]
+    if len(set(locked)) < len(locked):
         raise table.fail(HOLD.name, "a motor is named twice: keep one")
-    return tuple(held)
+    return tuple(locked)
 
 
-def _driven(table: Table, machine: Machine, held: tuple[str, ...]) -> dict[str, Gains]:
+def _driven(table: Table, machine: Machine, locked: tuple[str, ...]) -> dict[str, Gains]:
     """Gains by motor."""
     of, motors = table.table(PD.name), {joint.name: joint for joint in machine.motor_joints}
-    found: dict[str, Gains] = {}
+    gains: dict[str, Gains] = {}
     for key in of.entries:
         name = _name(of, key, machine, motors, "motor")
-        if name in held:
+        if name in locked:
             raise of.fail(key, f"{name} is held, so its controller does nothing: remove it here or in hold")
-        if name in found:
+        if name in gains:
             raise of.fail(key, f"{name} is named twice: keep one")
-        found[name] = _gains(of, key, slides=motors[name].sigma == 1)
-    return found
+        gains[name] = _gains(of, key, slides=motors[name].sigma == 1)
+    return gains
 
 
 def _with_drives(
     table: Table, machine: Machine, names: tuple[str, ...], otherwise: Mapping[str, Key]
 ) -> tuple[str, ...]:
-    """Motors whose drives are on, which are not among those that are held or have gains of the test."""
-    known = [*drives_of(machine).by_motor]
-    if names and not known:
+    """Motors with active drives, which are neither locked nor under other gains in the test."""
+    driven = [*drives_of(machine).by_motor]
+    if names and not driven:
         raise table.fail(
             DRIVES.name, "the machine has no [drives]: give it some, or the test pd = { motor = [kp, kd] }"
         )
-    found = tuple(
-        known if ALL in names else [_name(table, name, machine, known, "drive of", DRIVES.name) for name in names]
+    under_drives = tuple(
+        driven if ALL in names else [_name(table, name, machine, driven, "drive of", DRIVES.name) for name in names]
     )
-    for name in found:
+    for name in under_drives:
         if name in otherwise:
             what = f"{name} is under {otherwise[name].name}, too: keep one of the two"
             raise table.fail(DRIVES.name, what)
-    if len(set(found)) < len(found):
+    if len(set(under_drives)) < len(under_drives):
         raise table.fail(DRIVES.name, "a motor is named twice: keep one")
-    return found
+    return under_drives
 
 
 def _gains(of: Table, motor: str, slides: bool) -> Gains:
-    given = of.entries[motor]
-    if given == UNKNOWN:
+    entry = of.entries[motor]
+    if entry == UNKNOWN:
         return None
-    if not isinstance(given, list) or len(given) != len(SERVO_GAINS):
+    if not isinstance(entry, list) or len(entry) != len(SERVO_GAINS):
         raise of.fail(motor, f'must be a list of 2 numbers, kp and kd, or "{UNKNOWN}"')
-    found = []
-    for key, x in zip(SERVO_GAINS, given, strict=True):
-        one = Table({key.name: x}, of.source, of.at(motor), key.unit.split(" or ")[slides])
-        found.append(NUMBER.read(one, key.name))
-        if found[-1] < 0:
-            raise one.fail(key.name, f"{found[-1]:g}: a negative gain drives the motor away, give one >= 0")
-    return found[0], found[1]
+    gains = []
+    for key, x in zip(SERVO_GAINS, entry, strict=True):
+        table = Table({key.name: x}, of.source, of.at(motor), key.unit.split(" or ")[slides])
+        gains.append(NUMBER.read(table, key.name))
+        if gains[-1] < 0:
+            raise table.fail(key.name, f"{gains[-1]:g}: a negative gain drives the motor away, give one >= 0")
+    return gains[0], gains[1]
 
 
-def _name(table: Table, name: str, machine: Machine, known: Collection[str], what: str, place: str = "") -> str:
-    """The joint that is called `name`, by its name, its variable or its number; it must be among the known ones."""
-    found = joints_by_any_name(machine).get(name, name)
-    if found not in known:
-        raise table.fail(place or name, f"no {what} {quote(name)}{did_you_mean(name, known)}")
-    return found
+def _name(table: Table, name: str, machine: Machine, choices: Collection[str], what: str, place: str = "") -> str:
+    """Return the joint of a name, a variable or a number; raises `InputError` unless it is one of the choices."""
+    joint = joints_by_any_name(machine).get(name, name)
+    if joint not in choices:
+        raise table.fail(place or name, f"no {what} {quote(name)}{did_you_mean(name, choices)}")
+    return joint

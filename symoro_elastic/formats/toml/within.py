@@ -1,4 +1,4 @@
-"""Tolerances of a scene, within which terms are left out: how they are read and written."""
+"""Tolerances of a scene for reduced models: how they are read and written."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from symoro_elastic.formats.toml.key import NUMBER, Key, Type, one_of
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within, tolerance
+from symoro_elastic.machine.within import ALL_RESULTS, GUARANTEES, Evidence, Keep, Tolerance, Within, tolerance
 
 PERCENTAGE = {"type": "string", "pattern": r"^\s*[0-9.eE+*/() ]+%?\s*$"}
 ONE = {"anyOf": [NUMBER.schema, PERCENTAGE]}
@@ -16,18 +16,18 @@ ONE = {"anyOf": [NUMBER.schema, PERCENTAGE]}
 
 def _tolerances(table: Table, key: str) -> dict[str, Tolerance]:
     """One tolerance for all results, or a table of them by result or joint."""
-    given = table.entries[key]
-    if isinstance(given, dict):
+    written = table.entries[key]
+    if isinstance(written, dict):
         of = table.table(key)
         return {name: _tolerance(of, name, entry) for name, entry in of.entries.items()}
-    return {ALL_RESULTS: _tolerance(table, key, given)}
+    return {ALL_RESULTS: _tolerance(table, key, written)}
 
 
-def _tolerance(table: Table, key: str, given: Any) -> Tolerance:
-    if isinstance(given, bool) or not isinstance(given, str | int | float):
+def _tolerance(table: Table, key: str, entry: Any) -> Tolerance:
+    if isinstance(entry, bool) or not isinstance(entry, str | int | float):
         raise table.fail(key, 'must be a text in percent, as in "1 %", or a number in the unit of the result')
     try:
-        return tolerance(given, key)
+        return tolerance(entry, key)
     except FormulaError as error:
         raise table.fail(key, str(error)) from None
 
@@ -48,18 +48,18 @@ WITHIN = Key(
 )
 KEEP = Key(
     *("keep", one_of(tuple(Keep))),
-    "what is left out: single terms; terms of the inertia matrix and the potential, from which all else is derived; "
-    "or whole parameters only; with both of these the inertia matrix stays symmetric and the machine passive",
+    "omitted parts: single terms; terms of the inertia matrix and the potential, from which all else is derived; "
+    "or parameters only; with the last two the inertia matrix stays symmetric and the machine passive",
     '"parameters"',
     default=Keep.TERMS.value,
     otherwise=f'"{Keep.TERMS}"',
 )
 GUARANTEED = Key(
-    *("guaranteed", one_of(tuple(Guaranteed))),
-    "what stands behind the tolerance: a bound at unseen states with 95 % confidence, or a proof for the whole box",
+    *("guaranteed", one_of(GUARANTEES)),
+    "kind of guarantee: a bound at unseen states with 95 % confidence, or a proof for the whole box",
     '"proven"',
-    default=Guaranteed.CONFIDENT.value,
-    otherwise=f'"{Guaranteed.CONFIDENT}"',
+    default=Evidence.CONFIDENT.value,
+    otherwise=f'"{Evidence.CONFIDENT}"',
 )
 
 TOLERANCES_OF_SCENE = (WITHIN, KEEP, GUARANTEED)
@@ -67,19 +67,19 @@ KEYS = tuple(key.name for key in TOLERANCES_OF_SCENE)
 
 
 def within_of(entries: Mapping[str, Any]) -> Within:
-    """What the three keys of a scene say."""
-    return Within(entries[WITHIN.name], Keep(entries[KEEP.name]), Guaranteed(entries[GUARANTEED.name]))
+    """Return the tolerances in the three keys of a scene."""
+    return Within(entries[WITHIN.name], Keep(entries[KEEP.name]), Evidence(entries[GUARANTEED.name]))
 
 
 def entries_of(within: Within) -> dict[str, Any]:
-    """The three keys as they are written; none where models are exact."""
+    """The three keys as written; none for exact models."""
     if not within:
         return {}
-    written = {name: _written(one) for name, one in within.tolerances.items()}
+    written = {name: _written(tolerance) for name, tolerance in within.tolerances.items()}
     entries: dict[str, Any] = {WITHIN.name: written[ALL_RESULTS] if [*written] == [ALL_RESULTS] else written}
     entries |= {KEEP.name: str(within.keep)} if within.keep is not Keep.TERMS else {}
-    return entries | ({GUARANTEED.name: str(within.guaranteed)} if within.guaranteed is Guaranteed.PROVEN else {})
+    return entries | ({GUARANTEED.name: str(within.guaranteed)} if within.guaranteed is Evidence.PROVEN else {})
 
 
-def _written(one: Tolerance) -> str | float:
-    return str(one) if one.relative else one.value
+def _written(tolerance: Tolerance) -> str | float:
+    return str(tolerance) if tolerance.relative else tolerance.value

@@ -20,7 +20,7 @@ from symoro_elastic.machine.drives import Sought
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.loops import Closing, Loop
-from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
+from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, NamedFrame, Parameter
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
 
@@ -38,23 +38,22 @@ BASE_PARAMETERS, GROUPED = "base_parameters", "true"
 def write(machine: Machine) -> str:
     """The TOML text that `read` reads back."""
     described = DescribedMachine.of(machine)
-    top = [*_top(described, machine.name)]
-    if machine.base.gravity != NO_VECTOR:
-        top.append(f"gravity = {_list(machine.base.gravity)}")
-    return _joined([top, _joints(machine), *_tables(described)])
+    top = [*_top(described, machine.name), f"gravity = {_list(machine.base.gravity)}"]
+    return _join_blocks([top, _joints(machine), *_tables(described)])
 
 
 def lines_of(machine: DescribedMachine, name: str, rows: Sequence[Entry]) -> Iterator[str]:
     """Lines of TOML about a machine, with these rows in the table of its joints; without blank lines."""
     yield from _top(machine, name)
     if rows:
-        yield from _rows(_aligned(rows) if len({len(row) for row in rows}) == 1 else [_inline(row) for row in rows])
+        is_table = len({len(row) for row in rows}) == 1
+        yield from _rows(_aligned_rows(rows) if is_table else [_inline(row) for row in rows])
     for block in _tables(machine):
         yield from block
 
 
 def _top(machine: DescribedMachine, name: str) -> Iterator[str]:
-    """Lines at the top: name and notes, without what is empty."""
+    """Lines at the top: name and notes, empty ones omitted."""
     if name:
         yield f"name = {text_of(name)}"
     if machine.origin.notes:
@@ -73,33 +72,34 @@ def _rows(lines: Iterable[str]) -> list[str]:
 
 def write_scene(scene: Scene, motions: Sequence[PrescribedMotion] = (), wanted: Wanted | None = None) -> str:
     """The TOML text of a scene file."""
-    return _joined(_scene_blocks(Request(scene, tuple(motions), wanted)))
+    return _join_blocks(_scene_blocks(Request(scene, tuple(motions), wanted)))
 
 
-def _scene_blocks(asked: Request) -> Iterable[list[str]]:
-    if asked.scene is not None:
-        yield ["[scene]", *_scene(asked.scene)]
-    heading = "[motion]" if len(asked.motions) == 1 else "[[motion]]"
-    for motion in asked.motions:
+def _scene_blocks(request: Request) -> Iterable[list[str]]:
+    if request.scene is not None:
+        yield ["[scene]", *_scene(request.scene)]
+    heading = "[motion]" if len(request.motions) == 1 else "[[motion]]"
+    for motion in request.motions:
         yield [heading, *_plain(entries_of_motion(motion))]
-    if asked.wanted is not None:
-        yield ["[wanted]", *_plain(entries_of_wanted(asked.wanted))]
+    if request.wanted is not None:
+        yield ["[wanted]", *_plain(entries_of_wanted(request.wanted))]
 
 
-def _joined(blocks: Iterable[Sequence[str]]) -> str:
+def _join_blocks(blocks: Iterable[Sequence[str]]) -> str:
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
 def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
-    yield "loops", _named((loop.name, _loop(loop, machine)) for loop in machine.loops)
+    yield "loops", _lines_by_name((loop.name, _loop(loop, machine)) for loop in machine.loops)
+    yield "frames", _lines_by_name((frame.name, _frame(frame)) for frame in machine.frames)
     limits = limits_of(machine)
-    valued = ((one, limits.parameters.get(one.name)) for one in machine.parameters)
+    valued = ((parameter, limits.parameters.get(parameter.name)) for parameter in machine.parameters)
     yield "parameters", _table((one.name, _parameter(one, tolerated)) for one, tolerated in valued)
     for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
-        yield section, _named((name, _entry(owner, section)) for name, owner in owners)
+        yield section, _lines_by_name((name, _entry(owner, section)) for name, owner in owners)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
-    yield OF_LIMITS, _named(limits_by_joint(limits).items())
+    yield OF_LIMITS, _lines_by_name(limits_by_joint(limits).items())
     yield OF_DRIVES, _table((name, _plain_value(entry)) for name, entry in drives_by_motor(drives_of(machine)))
     extras = machine.origin.extras | ({BASE_PARAMETERS: GROUPED} if machine.is_grouped else {})
     yield "extras", _table((key, text_of(value)) for key, value in extras.items())
@@ -112,13 +112,13 @@ def _joints(machine: Machine) -> list[str]:
     own = [_own_variable(joint, machine) for joint in machine.joints]
     lines = [
         line.removesuffix(" }").rstrip() + variable + " }" if variable else line
-        for line, variable in zip(_aligned(rows), own, strict=True)
+        for line, variable in zip(_aligned_rows(rows), own, strict=True)
     ]
     return _rows(lines)
 
 
 def _own_variable(joint: Joint, machine: Machine) -> str:
-    """The end of a row whose cell holds several names that are not parameters: which is its own variable."""
+    """The end of a row whose cell holds several names that are not parameters: its variable."""
     parameters = {parameter.name for parameter in machine.parameters}
     if joint.variable is None or joint.selected.names <= parameters:
         return ""
@@ -126,11 +126,11 @@ def _own_variable(joint: Joint, machine: Machine) -> str:
 
 
 def _row(joint: Joint, machine: Machine) -> Entry:
-    known = 0 < joint.antecedent <= len(machine.joints)
+    has_row = 0 < joint.antecedent <= len(machine.joints)
     variable = {} if joint.variable is None else {SELECTED[joint.sigma]: joint.variable}
     return [
         ("name", text_of(joint.name)),
-        ("antecedent", text_of(machine.joint(joint.antecedent).name) if known else str(joint.antecedent)),
+        ("antecedent", text_of(machine.joint(joint.antecedent).name) if has_row else str(joint.antecedent)),
         ("kind", text_of(joint.kind.value)),
         ("sigma", str(joint.sigma)),
         *(
@@ -142,7 +142,7 @@ def _row(joint: Joint, machine: Machine) -> Entry:
 
 
 def _loop(loop: Loop, machine: Machine) -> Entry:
-    """Entries of a loop: keys that are not left out."""
+    """Entries of a loop, defaults omitted."""
     entry = [("cut", text_of(machine.joint(loop.cut).name)), ("meets", text_of(machine.joint(loop.meets).name))]
     if loop.closes is not Closing.FRAME:
         entry.append(("closes", text_of(loop.closes.value)))
@@ -154,13 +154,18 @@ def _loop(loop: Loop, machine: Machine) -> Entry:
     return entry
 
 
-def _aligned(rows: Sequence[Entry]) -> list[str]:
+def _frame(frame: NamedFrame) -> Entry:
+    entry = [("on", text_of(frame.on))] if frame.on else []
+    return [*entry, ("at", _list(frame.at)), *([("rpy", _list(frame.rpy))] if frame.rpy != NO_VECTOR else [])]
+
+
+def _aligned_rows(rows: Sequence[Entry]) -> list[str]:
     """Inline tables with entries aligned in columns; all rows have the same keys."""
     widths = [max(len(row[column][1]) for row in rows) for column in range(len(rows[0]))] if rows else []
-    return ["{ " + _padded(row, widths) + " }" for row in rows]
+    return ["{ " + _pad(row, widths) + " }" for row in rows]
 
 
-def _padded(row: Entry, widths: list[int]) -> str:
+def _pad(row: Entry, widths: list[int]) -> str:
     cells = [f"{key} = {value}" for key, value in row]
     pads = [" " * (width - len(value)) for width, (_, value) in zip(widths, row, strict=True)]
     return " ".join([f"{cell},{pad}" for cell, pad in zip(cells[:-1], pads, strict=False)] + [cells[-1] + pads[-1]])
@@ -172,32 +177,32 @@ def _table(entries: Iterable[tuple[str, str]]) -> list[str]:
     return [f"{key:{width}} = {value}" for key, value in rows]
 
 
-def _named(entries: Iterable[tuple[str, Entry]]) -> list[str]:
-    """A line for each joint that has an entry, aligned where all lines have the same keys."""
-    found = [(name, cells) for name, cells in entries if cells]
-    same = len({tuple(key for key, _ in cells) for _, cells in found}) == 1
-    lines = _aligned([cells for _, cells in found]) if same else [_inline(cells) for _, cells in found]
-    return _table((name, line) for (name, _), line in zip(found, lines, strict=True))
+def _lines_by_name(entries: Iterable[tuple[str, Entry]]) -> list[str]:
+    """A line for each joint with an entry, aligned if all lines have the same keys."""
+    rows = [(name, cells) for name, cells in entries if cells]
+    same = len({tuple(key for key, _ in cells) for _, cells in rows}) == 1
+    lines = _aligned_rows([cells for _, cells in rows]) if same else [_inline(cells) for _, cells in rows]
+    return _table((name, line) for (name, _), line in zip(rows, lines, strict=True))
 
 
 def _inline(entry: Entry) -> str:
     return "{ " + ", ".join(f"{key} = {value}" for key, value in entry) + " }"
 
 
-def _entry(owner: Joint | Base | Body, section: str) -> Entry:
-    """Entries of a joint, a body or the base in a section: columns that are not as where they are left out."""
-    found = [(column, values) for column, values in columns(owner) if column.section == section]
-    written = [column.key for column, values in found if any(x != column.default for x in values)]
+def _entry(owner: Joint | Base | Body | Floating, section: str) -> Entry:
+    """Entries of a joint, a body or the base in a section: columns that differ from their defaults."""
+    cells = [(column, values) for column, values in columns(owner) if column.section == section]
+    written = [column.key for column, values in cells if any(x != column.default for x in values)]
     required = REQUIRED if isinstance(owner, Body) and owner != Body() else ()
-    return [(column.key, _values(column, values)) for column, values in found if column.key in (*written, *required)]
+    return [(column.key, _values(column, values)) for column, values in cells if column.key in (*written, *required)]
 
 
 def _values(column: Column, values: Values) -> str:
     if not column.parts:
         return _cell(values[0].text)
     diagonal = [value for part, value in zip(column.parts, values, strict=True) if part in DIAGONAL]
-    others = [value for part, value in zip(column.parts, values, strict=True) if part not in DIAGONAL]
-    return _list(diagonal if diagonal and all(value == ZERO for value in others) else values)
+    off_diagonal = [value for part, value in zip(column.parts, values, strict=True) if part not in DIAGONAL]
+    return _list(diagonal if diagonal and all(value == ZERO for value in off_diagonal) else values)
 
 
 def _floating(floating: Floating | None) -> Entry:
@@ -205,7 +210,8 @@ def _floating(floating: Floating | None) -> Entry:
         return []
     body = _entry(floating.body, "bodies")
     entry = [("floating", text_of(floating.orientation.value)), ("known", text_of(floating.known.value))]
-    return [*entry, ("body", _inline(body))] if body else entry
+    entry += [("body", _inline(body))] if body else []
+    return [*entry, *((key, text) for key, text in _entry(floating, "base"))]
 
 
 def _parameter(parameter: Parameter, tolerated: Range | None) -> str:

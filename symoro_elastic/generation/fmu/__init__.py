@@ -10,7 +10,7 @@ VERSIONS = (2, 3)
 
 @dataclass(frozen=True)
 class Options:
-    """Version of FMI, 2 or 3; where motors stand at the start, rad or m by joint; whether drives are left out."""
+    """Version of FMI, 2 or 3; positions of motors at the start, rad or m by joint; whether drives are omitted."""
 
     version: int = VERSIONS[0]
     at: Mapping[str, float] = field(default_factory=dict)

@@ -6,7 +6,6 @@ import hashlib
 import io
 import math
 import platform
-import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,23 +15,27 @@ from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, c
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.input_files import read_file
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.generation.fmu import Options
-from symoro_elastic.generation.fmu.loads import measures_loads, with_loads
-from symoro_elastic.generation.fmu.motors import Given, given_of
-from symoro_elastic.generation.fmu.programs import Programs, programs_of, refuse_machines_without_unit
+from symoro_elastic.generation.fmu.programs import Given, Programs, given_of, programs_of, refuse_machines_without_unit
 from symoro_elastic.generation.fmu.scalar_variables import Layout, Variable, layout_of, unit_powers
 from symoro_elastic.generation.fmu.sources import interface_file, sources_of
 from symoro_elastic.generation.fmu.start import Start, start_of
-from symoro_elastic.machine.described import between_samples, without_drives
+from symoro_elastic.machine.described import DescribedMachine, between_samples, drives_of, without_drives
+from symoro_elastic.machine.drives import MOTOR, LoadPosition
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.tracing import Trace
-from symoro_elastic.symbolic.expression import reachable
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.drives.drive_states import position_of_load
+from symoro_elastic.numerics.evaluation.arrays import values_along
+from symoro_elastic.numerics.motion.signals import FrameSignal, positions
+from symoro_elastic.symbolic.differentiation import Differentiation
+from symoro_elastic.symbolic.expression import operand, reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 
 TOLERANCE = "1e-7"
@@ -46,12 +49,14 @@ SYSTEMS = {"Linux": "linux", "Darwin": "darwin", "Windows": "windows"}
 MACHINES = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
 OF_FMI_2 = {"x86_64-linux": "linux64", "x86_64-darwin": "darwin64", "x86_64-windows": "win64"}
 
-UNTOLD = "00000000-0000-0000-0000-000000000000"
-"""Stands for the token while it is not known."""
+PLACEHOLDER = "00000000-0000-0000-0000-000000000000"
+"""Replaced by the token, which is a hash of the texts that contain it."""
 WITHOUT_BINARY = "no C compiler was found: the FMU holds sources only, which the importing tool has to compile"
 OLDEST = (1980, 1, 1, 0, 0, 0)
 """The time of all files of an archive."""
 READABLE = 0o644 << 16
+STILL = 1e-9
+"""Ratio of a load's motion by its motor to its largest by any joint, below which the motor does not move it."""
 
 
 @dataclass(frozen=True)
@@ -70,22 +75,22 @@ def unit_of(machine: Machine, scene: Scene, options: Options, announce: Announce
     """
     announce("trace")
     machine = without_drives(machine) if options.by_torque else machine
-    kept = restrict(machine, scene)
-    if measures_loads(kept):
-        resting = start_of(replace(without_drives(kept), forces=()), options.at)
-        machine = with_loads(machine, kept, dict(zip(kept.independent, resting.q.tolist(), strict=True)))
-        kept = restrict(machine, scene)
-    refuse_machines_without_unit(kept)
-    given, said = given_of(kept)
-    held = replace(kept, forces=())
-    start = start_of(between_samples(held) if given is Given.SAMPLES else held, options.at)
+    restricted = restrict(machine, scene)
+    if measures_loads(restricted):
+        resting = start_of(replace(without_drives(restricted), forces=()), options.at)
+        machine = with_loads(machine, restricted, dict(zip(restricted.independent, resting.q.tolist(), strict=True)))
+        restricted = restrict(machine, scene)
+    refuse_machines_without_unit(restricted)
+    motor_inputs, notes_on_inputs = given_of(restricted)
+    unloaded = replace(restricted, forces=())
+    start = start_of(between_samples(unloaded) if motor_inputs is Given.SAMPLES else unloaded, options.at)
     programs = programs_of(machine, scene)
     announce("render")
-    sources, description = _texts(kept, programs, start, options.version)
+    sources, description = _texts(restricted, programs, start, options.version)
     announce("compile")
     binary = shared_library(programs.package, sources, options.version)
     files = _files(programs.package.name, description, sources, binary, options.version)
-    notes = (*said, *start.notes, *(() if binary else (WITHOUT_BINARY,)))
+    notes = (*notes_on_inputs, *start.notes, *(() if binary else (WITHOUT_BINARY,)))
     return MockUpUnit(archive_of(files), programs, notes)
 
 
@@ -93,18 +98,12 @@ def _texts(machine: Machine, programs: Programs, start: Start, version: int) -> 
     """Return sources by name, and the description; both hold a token that is made of them."""
     layout = layout_of(programs, start)
     structure = structure_of(programs, layout)
-    sources = sources_of(programs, layout, start, version, UNTOLD)
+    sources = sources_of(programs, layout, start, version, PLACEHOLDER)
     c = sorted(file for file in sources if file.endswith(".c"))
-    name, summary = programs.package.name, _summary(machine)
-    description = description_of(name, summary, layout, structure, start, c, version, UNTOLD)
+    description = description_of(machine, layout, structure, start, c, version)
     token = _token([description, *sources.values()])
-    told = {file: text.replace(UNTOLD, token) for file, text in sources.items()}
-    return told, description.replace(UNTOLD, token)
-
-
-def _summary(machine: Machine) -> str:
-    counts = f"{len(machine.independent)} joint variables, {len(machine.motors)} motors, {len(machine.elastic)} springs"
-    return f"{machine.name}: {counts}; SI units, radians"
+    with_token = {file: text.replace(PLACEHOLDER, token) for file, text in sources.items()}
+    return with_token, description.replace(PLACEHOLDER, token)
 
 
 def _files(name: str, description: str, sources: Files, binary: bytes | None, version: int) -> dict[str, bytes]:
@@ -123,7 +122,7 @@ def _files(name: str, description: str, sources: Files, binary: bytes | None, ve
 
 
 def _token(texts: list[str]) -> str:
-    """Return a number of these texts as FMI writes it: 8-4-4-4-12 hexadecimal digits."""
+    """Return a hash of these texts as FMI writes it: 8-4-4-4-12 hexadecimal digits."""
     digits = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     return "-".join((digits[:8], digits[8:12], digits[12:16], digits[16:20], digits[20:32]))
 
@@ -147,39 +146,26 @@ def platform_folder(version: int) -> str:
 
 
 def shared_library(package: Package, sources: Files, version: int) -> bytes | None:
-    """Return the shared library made of the sources; None where there is no compiler. Raises `InputError`."""
+    """Return the compiled sources as a shared library; None where there is no compiler. Raises `InputError`."""
     longest = max(len(f.program.once) + len(f.program.statements) for f in package.functions)
     level = "-O2" if longest <= MOST_OPTIMISED else "-O1"
     flags = (level, "-ffp-contract=off", "-fvisibility=hidden", "-Wno-error")
     names = [f"{package.name}.c", interface_file(version)]
-    with tempfile.TemporaryDirectory(prefix="symoro_elastic_") as folder:
+    with temporary_folder() as folder:
         try:
-            return read_file(compile_library(sources, Path(folder), flags=flags, sources=names))
+            library = read_file(compile_library(sources, Path(folder), flags=flags, sources=names))
+            if f"fmi{version}GetVersion".encode() not in library:
+                raise CompilationFailed("the library has no function of FMI: is CC a C compiler?")
+            return library
         except CompilerMissing:
             return None
-        except CompilationFailed as error:
-            raise InputError(package.source or package.name, "C compiler", str(error)) from None
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit and its exponents of base units."""
-
-    name: str
-    powers: list[tuple[str, int]]
 
 
 def description_of(
-    name: str,
-    summary: str,
-    layout: Layout,
-    structure: Structure,
-    start: Start,
-    sources: list[str],
-    version: int,
-    token: str,
+    machine: Machine, layout: Layout, structure: Structure, start: Start, sources: list[str], version: int
 ) -> str:
-    """Return modelDescription.xml of a version of FMI."""
+    """Return modelDescription.xml of a version of FMI, with the placeholder of the token."""
+    counts = f"{len(machine.independent)} joint variables, {len(machine.motors)} motors, {len(machine.elastic)} springs"
     tags = {
         2: ("Outputs", "Derivatives", "InitialUnknowns"),
         3: ("Output", "ContinuousStateDerivative", "InitialUnknown"),
@@ -188,13 +174,13 @@ def description_of(
     duration = _round_number(start.duration)
     return render(
         f"fmu/modelDescription{version}.xml.j2",
-        name=name,
-        description=summary,
-        token=token,
+        name=machine.name,
+        description=f"{machine.name}: {counts}; SI units, radians",
+        token=PLACEHOLDER,
         sources=sources,
-        units=[Unit(unit, powers) for unit, powers in unit_powers(layout.variables).items()],
+        units=unit_powers(layout.variables),
         variables=layout.variables,
-        numbers={one.reference: k for k, one in enumerate(layout.variables, start=1)},
+        numbers={variable.reference: k for k, variable in enumerate(layout.variables, start=1)},
         structure=list(zip(tags[version], unknowns, strict=True)),
         stop_time=f"{duration:g}",
         step_size=f"{duration / STEPS:g}",
@@ -219,7 +205,7 @@ class Unknown:
 
     def known_numbers(self, numbers: Mapping[int, int]) -> list[int]:
         """Return the knowns by their number among the variables."""
-        return [numbers[one] for one in self.knowns]
+        return [numbers[reference] for reference in self.knowns]
 
 
 @dataclass(frozen=True)
@@ -232,49 +218,45 @@ class Structure:
 
 
 def structure_of(programs: Programs, layout: Layout) -> Structure:
-    """Return what depends on what."""
+    """Return the dependencies of outputs, derivatives and initial unknowns."""
     symbols = _references(programs, layout)
-    known = {one.reference for one in layout.block("P")}
+    parameters = {variable.reference for variable in layout.block("P")}
     accelerations, *others = programs.traces
-    found = [
-        one
+    derivatives = [
+        unknown
         for result, block in (("qdd", "DER_QD"), ("zd", "DER_Z"))
         if result in accelerations.results
-        for one in _unknowns(layout.block(block), accelerations.results[result].entries, symbols)
+        for unknown in _unknowns(layout.block(block), accelerations.results[result].entries, symbols)
     ]
     torques = accelerations.results["tau_m"].entries if layout.block("TAU_M") else ()
     outputs = _unknowns(layout.block("TAU_M"), torques, symbols)
-    outputs += [one for trace in others for one in _unknowns(layout.block("Y"), _roots(trace), symbols)]
+    for trace in others:
+        roots = [x for result in trace.results.values() for x in result.entries]
+        outputs += _unknowns(layout.block("Y"), roots, symbols)
     velocities = [
         Unknown(rate.reference, (state.reference,), ("constant",))
         for rate, state in zip(layout.block("DER_Q"), layout.block("QD"), strict=True)
     ]
-    states = [
-        Unknown(one.reference, (one.reference,), ("constant",)) for one in layout.states if one.causality == "output"
-    ]
+    states = [Unknown(x.reference, (x.reference,), ("constant",)) for x in layout.states if x.causality == "output"]
     return Structure(
-        (*states, *(_without(one, known) for one in outputs)),
-        (*velocities, *(_without(one, known) for one in found)),
-        tuple(sorted((*velocities, *found, *outputs), key=lambda one: one.reference)),
+        (*states, *(_without(unknown, parameters) for unknown in outputs)),
+        (*velocities, *(_without(unknown, parameters) for unknown in derivatives)),
+        tuple(sorted((*velocities, *derivatives, *outputs), key=lambda unknown: unknown.reference)),
     )
-
-
-def _roots(trace: Trace) -> Iterable[Scalar]:
-    return (x for result in trace.results.values() for x in result.entries)
 
 
 def _unknowns(
     variables: Sequence[Variable], roots: Iterable[Scalar], symbols: Mapping[str, frozenset[int]]
 ) -> list[Unknown]:
     return [
-        Unknown(one.reference, tuple(sorted(_needed(root, symbols))))
-        for one, root in zip(variables, roots, strict=True)
+        Unknown(variable.reference, tuple(sorted(_symbol_references(root, symbols))))
+        for variable, root in zip(variables, roots, strict=True)
     ]
 
 
-def _needed(root: Scalar, symbols: Mapping[str, frozenset[int]]) -> frozenset[int]:
-    names = (node.operands[0] for node in reachable([root]) if node.operation == SYMBOL)
-    return frozenset().union(*(symbols.get(name, frozenset()) for name in names))
+def _symbol_references(root: Scalar, symbols: Mapping[str, frozenset[int]]) -> frozenset[int]:
+    symbol_names = (node.operands[0] for node in reachable([root]) if node.operation == SYMBOL)
+    return frozenset().union(*(symbols.get(name, frozenset()) for name in symbol_names))
 
 
 def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]:
@@ -282,27 +264,73 @@ def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]
 
     Loads that friction rises with depend on all of them.
     """
-    of_inputs = {one.name: one.symbols for trace in programs.traces for one in trace.inputs}
-    references, first, found = layout.block("INPUT"), 0, dict[str, int]()
+    of_inputs = {x.name: x.symbols for trace in programs.traces for x in trace.inputs}
+    references, first, numbers = layout.block("INPUT"), 0, dict[str, int]()
     for name, size in programs.inputs.items():
-        held = programs.sampling and name == "tau"
-        found |= {} if held else _pairs(of_inputs.get(name, ()), references[first : first + size])
+        is_sampled = programs.sampling and name == "tau"
+        numbers |= {} if is_sampled else _pairs(of_inputs.get(name, ()), references[first : first + size])
         first += size
-    found |= _pairs(of_inputs["q"], layout.block("Q")) | _pairs(of_inputs.get("qd", ()), layout.block("QD"))
-    found |= _pairs(of_inputs.get("z", ()), layout.block("Z"))
-    found |= _pairs([one.name for one in programs.package.parameters], layout.block("P"))
-    closing = {one.reference for block in ("Q", "P") for one in layout.block(block)}
-    loads = frozenset(found.values()) if programs.machine.loaded else frozenset()
+    numbers |= _pairs(of_inputs["q"], layout.block("Q")) | _pairs(of_inputs.get("qd", ()), layout.block("QD"))
+    numbers |= _pairs(of_inputs.get("z", ()), layout.block("Z"))
+    numbers |= _pairs([x.name for x in programs.package.parameters], layout.block("P"))
+    closing = {x.reference for block in ("Q", "P") for x in layout.block(block)}
+    loads = frozenset(numbers.values()) if programs.machine.loaded else frozenset()
     return (
-        {name: frozenset({one}) for name, one in found.items()}
+        {name: frozenset({x}) for name, x in numbers.items()}
         | dict.fromkeys(of_inputs.get("q_dep", ()), frozenset(closing))
         | dict.fromkeys(of_inputs.get("load", ()), loads)
     )
 
 
 def _pairs(symbols: Sequence[str], variables: Sequence[Variable]) -> dict[str, int]:
-    return dict(zip(symbols, (one.reference for one in variables), strict=True)) if symbols else {}
+    return dict(zip(symbols, (variable.reference for variable in variables), strict=True)) if symbols else {}
 
 
 def _without(unknown: Unknown, left_out: set[int]) -> Unknown:
-    return Unknown(unknown.reference, tuple(one for one in unknown.knowns if one not in left_out))
+    return Unknown(unknown.reference, tuple(x for x in unknown.knowns if x not in left_out))
+
+
+def measures_loads(machine: Machine) -> bool:
+    """Return whether drives of a machine measure other positions than those of their motors."""
+    return any(drive.measured != MOTOR for drive in drives_of(machine).by_motor.values())
+
+
+def with_loads(machine: Machine, restricted: Machine, q: Mapping[int, float]) -> Machine:
+    """Return a machine with the positions that its drives measure at loads, about q, by joint, of the restricted one.
+
+    Raises `InputError` for signals that are not such positions.
+    """
+    numbers = {restricted.joint(j).name: j for j in restricted.motors}
+    measured = {name: x.measured for name, x in drives_of(restricted).by_motor.items() if x.measured != MOTOR}
+    loads = {name: _load(restricted, numbers[name], signal, q) for name, signal in measured.items()}
+    return replace(DescribedMachine.of(machine), drives=replace(drives_of(machine), loads=loads))
+
+
+def _load(machine: Machine, j: int, measured: str, q: Mapping[int, float]) -> LoadPosition:
+    place = f"drives, {machine.joint(j).name}, measured"
+    (signal,) = positions(machine, [measured], place)
+    if machine.is_coupled:
+        raise machine.error(place, "positions of the load are not simulated where joints are coupled")
+    if isinstance(signal, FrameSignal) and (signal.component > 2 or machine.static):
+        of = "frames on static springs" if machine.static else "rotations of frames"
+        raise machine.error(place, f"an FMU does not measure {of}: name a joint or a point, or give --by-torque")
+    axis, at = (signal.component, signal.at) if isinstance(signal, FrameSignal) else (None, None)
+    load = LoadPosition(signal.number, axis, at, 0.0, 1.0, q[j])
+    start, *slopes = _values(machine, load, q)
+    ratio = slopes[machine.independent.index(j)]
+    if abs(ratio) <= STILL * max(map(abs, slopes)):
+        what = f"{measured} does not move with {machine.joint(j).name} here: name a position behind it"
+        raise machine.error(place, what)
+    return replace(load, start=start, ratio=ratio)
+
+
+def _values(machine: Machine, load: LoadPosition, q: Mapping[int, float]) -> list[float]:
+    """Return the position of a load, and its derivatives by the variables of the joints."""
+    bound = Bound(machine)
+    position = position_of_load(bound, load)
+    by = Differentiation([position])
+    roots = [position, *(by.by(bound.q[j]).of(position) for j in machine.independent)]
+    symbols: dict[str, float] = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    symbols |= {str(bound.q[j].operands[0]): q[j] for j in machine.independent}
+    values: Array = values_along(list(map(operand, roots)), symbols, 1)[:, 0]
+    return [float(x) for x in values]

@@ -2,35 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
+from enum import Enum
+from functools import partial
 
-from symoro_elastic.codegen.integration.methods import METHODS, Method
+from symoro_elastic.codegen.integration.tableaus import METHODS, Method
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import DRIVES
-from symoro_elastic.generation.fmu.motors import Given, Sampling, given_of, sampling_of, with_free_drives
-from symoro_elastic.generation.fmu.outputs import Output, asked_frames, outputs_model, outputs_of
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.described import between_samples, drives_of
-from symoro_elastic.machine.freed import with_free_numbers
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.constants import unused_name, with_free_numbers
+from symoro_elastic.machine.described import DescribedMachine, between_samples, drives_of
+from symoro_elastic.machine.drives import ONE, TUNED, Drive, Drives
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.frames import FrameNames
+from symoro_elastic.machine.joints import Joint
+from symoro_elastic.machine.machine import Machine, Parameter
+from symoro_elastic.machine.named_cells import DriveNumber, with_changed
+from symoro_elastic.machine.names import IN_USE, Reasons
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import in_form, points_of, trace, trace_of
-from symoro_elastic.models.directional_derivatives import directional_derivative
-from symoro_elastic.models.drives.closed_dynamics import closed_trace
-from symoro_elastic.models.drives.control import CONTROL, START
-from symoro_elastic.models.drives.drive_states import SET_POINTS, controlled_position
-from symoro_elastic.models.implicit_steps import Motors, implicit_system
-from symoro_elastic.models.model import TracedModel
-from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
-from symoro_elastic.models.packaging import reserved_words
-from symoro_elastic.models.passed_torques import passed_trace
-from symoro_elastic.models.state import closing_models
-from symoro_elastic.models.time_steps import refuse_machines
-from symoro_elastic.models.traced import Traced
-from symoro_elastic.models.tracing import Trace, prune, schedule
+from symoro_elastic.machine.scene import RequestedPart, Scene
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Frame, Model, Result, TracedModel
+from symoro_elastic.models.bound.state import closing_models
+from symoro_elastic.models.bound.tracing import Trace, prune, schedule
+from symoro_elastic.models.derivatives.directional_derivatives import directional_derivative
+from symoro_elastic.models.drives.control import CONTROL, START, sampled_drives
+from symoro_elastic.models.drives.drive_states import SET_POINTS, controlled_position, driven_motors
+from symoro_elastic.models.kinematics.geometric import geometric_model
+from symoro_elastic.models.packaging import Traced, reserved_words
+from symoro_elastic.models.programs.catalogue import in_form, points_among, requested_frames, trace, trace_of
+from symoro_elastic.models.steps.closed_dynamics import closed_trace
+from symoro_elastic.models.steps.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.steps.time_steps import dependent_motors, motor_coordinates, passed_trace, refuse_machines
+from symoro_elastic.quantities import Quantity, Role
+from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.memory import no_collection
 
 FREED = ("bodies", "springs")
@@ -38,6 +45,16 @@ FREED = ("bodies", "springs")
 ACCELERATIONS = "direct_dynamics"
 WITH_DERIVATIVES, WITH_STIFFNESSES = "rodas4", "w3"
 """Methods of co-simulation: that with exact derivatives, and that for motors on joints that follow from others."""
+FRAMES = "geometric_model"
+"""The model whose outputs in a scene name frames."""
+OUTPUTS, Y = "outputs", "y"
+WAY_OUT = "leave it out, or give --by-torque"
+KEYS = {"torque_limit": "limits, torque", "current": "current, kp"}
+"""Keys of a file whose names are others than those of a `Drive`."""
+OF_SAMPLES = ("period", "dead_time", "time")
+"""Numbers that decide when a controller is called, and what it keeps: constants of an FMU."""
+SAME = 1e-9
+"""Of a period: a dead time that is this near to it is a period."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +86,7 @@ class Programs:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states beside positions and velocities: of friction, then of drives."""
+        """Names of the states other than positions and velocities: of friction, then of drives."""
         return self.package.states
 
     @property
@@ -89,40 +106,41 @@ class Programs:
 @no_collection()
 def programs_of(machine: Machine, scene: Scene) -> Programs:
     """Return the functions of a machine restricted to a scene."""
-    given, _ = given_of(restrict(machine, scene))
+    motor_inputs, _ = given_of(restrict(machine, scene))
     freed = with_parameters(machine)
-    whole, of_drives = (freed, {}) if given is Given.TORQUES else with_free_drives(freed, reserved_words())
-    sampled = restrict(whole, scene) if given is Given.SAMPLES else None
-    whole = between_samples(whole) if sampled else whole
-    made, constants = restrict(whole, scene), names_to_fold(whole, scene)
-    method = method_of(made)
-    frames = asked_frames(made, scene)
-    bound, placed = Bound(made, constants), Bound(made, constants, points_of(frames))
-    traces = {bound: _accelerations(bound, given, scene)}
+    full, of_drives = (freed, {}) if motor_inputs is Given.TORQUES else with_free_drives(freed, reserved_words())
+    sampled = restrict(full, scene) if motor_inputs is Given.SAMPLES else None
+    full = between_samples(full) if sampled else full
+    restricted, constants = restrict(full, scene), names_to_fold(full, scene)
+    method = method_of(restricted)
+    frames = asked_frames(restricted, scene)
+    bound, placed = Bound(restricted, constants), Bound(restricted, constants, points_among(restricted, frames))
+    traces = {bound: _accelerations(bound, motor_inputs, scene)}
     outputs = outputs_of(placed, frames)
     if outputs:
-        traces[placed] = _trace_of_outputs(outputs, placed)
-    loads = Bound(made, constants)
-    called = {**traces, **({loads: passed_trace(loads)} if made.loaded else {})}
-    models = [schedule(prune(one)) for one in called.values()]
+        model, results = outputs_model(outputs, placed)
+        traces[placed] = trace_of(model, placed, results)
+    loads = Bound(restricted, constants)
+    called = {**traces, **({loads: passed_trace(loads)} if restricted.loaded else {})}
+    models = [schedule(prune(model)) for model in called.values()]
     models += [schedule(prune(directional_derivative(*pair, constants))) for pair in called.items()]
-    models += _of_steps(made, method, constants, given)
+    models += _of_steps(restricted, method, constants, motor_inputs)
     models += _of_samples(sampled, constants) if sampled else []
-    asked = Traced(whole, replace(scene, steps=(method.name,)), models)
-    written = replace(asked.package, only="" if given is Given.TORQUES else DRIVES.suffix)
+    traced = Traced(full, replace(scene, steps=(method.name,)), models)
+    written = replace(traced.package, only="" if motor_inputs is Given.TORQUES else DRIVES.suffix)
     named = _named_cells(machine, freed) | {
-        name: NamedCell(f"{one.joint.name}.{one.place}", f"{one.place} of the drive of {one.joint.name}")
-        for name, one in of_drives.items()
+        name: NamedCell(f"{model.joint.name}.{model.place}", f"{model.place} of the drive of {model.joint.name}")
+        for name, model in of_drives.items()
     }
     return Programs(
-        made,
+        restricted,
         named,
         written,
         method,
         tuple(outputs),
         tuple(traces.values()),
         tuple(models),
-        given,
+        motor_inputs,
         sampling_of(sampled) if sampled else None,
     )
 
@@ -147,25 +165,25 @@ def method_of(machine: Machine) -> Method:
 
 
 def _of_steps(machine: Machine, method: Method, folded: Sequence[str], given: Given) -> list[TracedModel]:
-    """Return the models that steps call beside the accelerations."""
-    found = [trace(machine, name, folded=folded) for name in closing_models(machine)]
+    """Return the models that steps call in addition to the accelerations."""
+    closing = [trace(machine, name, folded=folded) for name in closing_models(machine)]
     if method.name == WITH_DERIVATIVES:
-        return [*found, trace(machine, "linearization", folded=folded)]
-    return [*found, *implicit_system(machine, Motors.TORQUE if given is Given.TORQUES else Motors.DRIVES, folded)]
+        return [*closing, trace(machine, "linearization", folded=folded)]
+    return [*closing, *implicit_system(machine, Motors.TORQUE if given is Given.TORQUES else Motors.DRIVES, folded)]
 
 
 def _of_samples(machine: Machine, folded: Sequence[str]) -> list[TracedModel]:
     """Return the models that sampled controllers need."""
-    found = [trace(machine, name, folded=folded) for name in (CONTROL, START)]
-    return [*found, motor_coordinates(machine, folded, controlled_position)]
+    of_controllers = [trace(machine, name, folded=folded) for name in (CONTROL, START)]
+    return [*of_controllers, motor_coordinates(machine, folded, controlled_position)]
 
 
 def _named_cells(before: Machine, after: Machine) -> dict[str, NamedCell]:
     """Return the cells of the parameters that were numbers before, by their names in the code."""
-    known = {parameter.name for parameter in before.parameters}
-    found = ((joint, cell, formula) for joint in after.joints for cell, formula in cells(joint))
-    named = [(joint, cell, str(formula.tree[1])) for joint, cell, formula in found if formula.tree[0] == "name"]
-    new = {parameter.name for parameter in after.parameters} - known
+    names_before = {parameter.name for parameter in before.parameters}
+    of_table = ((joint, cell, formula) for joint in after.joints for cell, formula in cells(joint))
+    named = [(joint, cell, str(formula.tree[1])) for joint, cell, formula in of_table if formula.tree[0] == "name"]
+    new = {parameter.name for parameter in after.parameters} - names_before
     return {
         name: NamedCell(f"{joint.name}.{cell.name}", f"{cell.label} of {joint.name}", cell.name)
         for joint, cell, name in named
@@ -187,11 +205,174 @@ def refuse_machines_without_unit(machine: Machine) -> None:
 def _refuse_missing_values(machine: Machine) -> None:
     missing = [p.name for p in machine.parameters if p.value is None]
     if missing:
-        others = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
-        what = f"{missing[0]} has no value{others}, and an FMU needs a start value: give it in the file"
+        more = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
+        what = f"{missing[0]} has no value{more}, and an FMU needs a start value: give it in the file"
         raise machine.error("parameters", what)
 
 
-def _trace_of_outputs(outputs: Sequence[Output], bound: Bound) -> Trace:
-    model, results = outputs_model(outputs, bound)
-    return trace_of(model, bound, results)
+@dataclass(frozen=True)
+class Output:
+    """An output that is not a state: its owner and quantity, `tool` and `x`, its unit, what it is, its value."""
+
+    owner: str
+    quantity: str
+    unit: str
+    meaning: str
+    value: Scalar
+
+
+def asked_frames(machine: Machine, scene: Scene) -> tuple[Frame, ...]:
+    """Return the frames that a scene asks of the geometric model, else those at the ends of the tree."""
+    if scene.outputs.get(FRAMES):
+        return requested_frames(machine, scene, FRAMES)
+    cut = {loop.cut for loop in machine.loops}
+    ends = {*range(1, len(machine.joints) + 1)} - {*machine.antecedents} - cut
+    return tuple(map(Frame, map(FrameNames(machine).of_row, sorted(ends))))
+
+
+def outputs_of(bound: Bound, frames: tuple[Frame, ...]) -> list[Output]:
+    """Return the outputs that depend on the state and are not a state themselves."""
+    candidates = [*_dependent_joints(bound), *_deflections(bound), *_positions(bound, frames)]
+    return [x for x in candidates if isinstance(x.value, Expression) and x.value.level is Level.STATE]
+
+
+def outputs_model(outputs: Sequence[Output], bound: Bound) -> tuple[Model, dict[str, Result]]:
+    """Return the model that gives outputs, and its results."""
+    row = Quantity(
+        name=Y, meaning="outputs that are not states", symbol="y", unit=None, shape="outputs", roles=(Role.RESULT,)
+    )
+    arguments = ("q", "qd") if bound.machine.is_coupled else ("q",)
+    results = {Y: Result(None, tuple(output.value for output in outputs), (len(outputs),))}
+    model = Model(OUTPUTS, "outputs of the FMU", "[1], [9]", arguments, (Y,), _not_in_catalogue, own=(row,))
+    return model, results
+
+
+def _not_in_catalogue(_: Bound, __: object) -> dict[str, Result]:
+    raise NotImplementedError("bound by outputs_model")
+
+
+def _dependent_joints(bound: Bound) -> Iterator[Output]:
+    """Positions and velocities of joints whose variables follow from loops."""
+    for j in bound.machine.dependent:
+        joint = bound.machine.joint(j)
+        yield Output(joint.name, "q", joint.unit, "position, which follows from a loop", bound.variables[j])
+        yield Output(joint.name, "qd", f"{joint.unit}/s", "velocity, which follows from a loop", bound.rate(j))
+
+
+def _deflections(bound: Bound) -> Iterator[Output]:
+    """Deflections of springs that are not joint variables themselves."""
+    for j in bound.machine.elastic:
+        joint, (_, deflection) = bound.machine.joint(j), bound.spring(j)
+        if deflection is not bound.variables[j]:
+            yield Output(joint.name, "deflection", joint.unit, "deflection of its spring", deflection)
+
+
+def _positions(bound: Bound, frames: tuple[Frame, ...]) -> Iterator[Output]:
+    placements = geometric_model(bound, frames)["T"].entries
+    name = FrameNames(bound.machine).name
+    for number, frame in enumerate(frames):
+        seen_from = None if frame.seen_from is None else name(frame.seen_from)
+        observer, owner = seen_from or "frame 0", str(RequestedPart(name(frame.number), frame.at, seen_from))
+        for k, axis in enumerate("xyz"):
+            value = placements[16 * number + 4 * k + 3]
+            yield Output(owner, axis, "m", f"position of its origin along {axis} of {observer}", value)
+
+
+class Given(Enum):
+    """Kind of inputs of the motors."""
+
+    TORQUES = "torques"
+    SET_POINTS = "set points of drives"
+    SAMPLES = "set points of sampled drives"
+
+
+def given_of(machine: Machine) -> tuple[Given, tuple[str, ...]]:
+    """Return the kind of inputs of the motors of a machine, and a note where drives are omitted.
+
+    Raises `InputError` for drives that no FMU has, by motor and key.
+    """
+    drives = drives_of(machine).by_motor
+    if not drives:
+        return Given.TORQUES, ()
+    if tuned := [name for name, x in drives.items() if TUNED in (x.Kv, x.Kp, x.Tn)]:
+        what = f'torques of motors are inputs: gains of [drives] ({", ".join(tuned)}) are "{TUNED}": control --save '
+        return Given.TORQUES, (f"{what}writes them",)
+    if any(x.period is not None for x in drives.values()):
+        sampled_drives(machine)
+        return Given.SAMPLES, ()
+    if not driven_motors(machine):
+        name, key = next(_without_states(machine), (next(iter(drives)), ""))
+        place = ", ".join(filter(None, ("drives", name, key)))
+        raise machine.error(place, f"no generated model has its states, so no FMU has: {WAY_OUT}")
+    return Given.SET_POINTS, ()
+
+
+def _without_states(machine: Machine) -> Iterator[tuple[str, str]]:
+    """Yield motors and keys of drives that alone keep a machine from a model with drives."""
+    described = DescribedMachine.of(machine)
+    for name, drive in drives_of(machine).by_motor.items():
+        for field in fields(Drive):
+            value = getattr(drive, field.name)
+            if field.default is MISSING or value == field.default:
+                continue
+            alone = Drive(ONE, ONE, **{field.name: value})
+            if not driven_motors(replace(described, drives=Drives({name: alone}))):
+                yield name, KEYS.get(field.name, field.name)
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Times of sampled drives: the period, s, and times after a sample at which torques change, s, the first 0.
+
+    `applied` is, motor by motor, the index of the time at which its torque changes, their number for the next sample.
+    """
+
+    period: float
+    offsets: tuple[float, ...]
+    applied: tuple[int, ...]
+
+
+def sampling_of(machine: Machine) -> Sampling:
+    """Return the times of the sampled drives of a machine; raises `InputError` for dead times above the period."""
+    drives = sampled_drives(machine)
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    period = min(float(drive.period.value(values)) for drive in drives.values() if drive.period)
+    late = []
+    for j, drive in drives.items():
+        dead = period if drive.dead_time is None else float(drive.dead_time.value(values))
+        if dead > period * (1 + SAME):
+            what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
+            raise machine.error(f"drives, {machine.joint(j).name}, dead_time", what)
+        late.append(period if dead > period * (1 - SAME) else dead)
+    offsets = (0.0, *sorted({x for x in late if 0 < x < period}))
+    return Sampling(period, offsets, tuple((*offsets, period).index(x) for x in late))
+
+
+def with_free_drives(machine: Machine, reserved: Reasons) -> tuple[Machine, dict[str, DriveNumber]]:
+    """Return the machine with the numbers of its drives as parameters, and these by the names of the parameters.
+
+    Zeros stay: they are structure; so do the times of samples, as numbers. `taken` are names that are none of
+    parameters.
+    """
+    drives, loads, numbers = drives_of(machine).by_motor, drives_of(machine).loads, dict[str, DriveNumber]()
+    if not drives:
+        return machine, {}
+    joints = {joint.name: joint for joint in machine.joints}
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    own = (machine.name, *joints, *(p.name for p in machine.parameters), *(x.variable or "" for x in machine.joints))
+    used, named = {**reserved, **dict.fromkeys(own, IN_USE)}, list[Parameter]()
+
+    def free(joint: Joint, place: str, x: Formula) -> Formula:
+        if place.rpartition(".")[2] in OF_SAMPLES and drives[joint.name].period is not None:
+            return Formula.parse(float(x.value(values)))
+        if x.names or x.is_zero:
+            return x
+        number = DriveNumber(joint, place)
+        name = unused_name(f"{place.replace('.', '_')}{machine.joints.index(joint) + 1}", used)
+        used[name], numbers[name] = IN_USE, number
+        named.append(Parameter(name, x, number.unit))
+        return Formula.parse(name)
+
+    freed_drives = {name: with_changed(drive, partial(free, joints[name])) for name, drive in drives.items()}
+    freed = replace(machine, drives=Drives(freed_drives, loads), parameters=(*machine.parameters, *named))  # type: ignore[call-arg]
+    return freed, numbers

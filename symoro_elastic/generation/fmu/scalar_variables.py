@@ -6,12 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from symoro_elastic.generation.fmu.motors import Given
-from symoro_elastic.generation.fmu.outputs import Output
-from symoro_elastic.generation.fmu.programs import NamedCell, Programs
+from symoro_elastic.generation.fmu.programs import Given, NamedCell, Output, Programs
 from symoro_elastic.generation.fmu.start import Start
 from symoro_elastic.machine.machine import Joint
-from symoro_elastic.quantities.units import in_base_units
+from symoro_elastic.quantities.unit_reader import in_base_units
 
 WRENCH = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m"))
 IDLE = "in no equation of this machine: nothing depends on it"
@@ -49,7 +47,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Block:
-    """Variables side by side: the name of their first reference in C, and what they are."""
+    """Adjacent variables: the name of their first reference in C, and their meaning."""
 
     name: str
     meaning: str
@@ -67,7 +65,7 @@ class Layout:
     def variables(self) -> list[Variable]:
         """The variables in order, the time first."""
         time = Variable("time", 0, "s", "time", "independent")
-        return [time, *(one for block in self.blocks for one in block.variables)]
+        return [time, *(variable for block in self.blocks for variable in block.variables)]
 
     def block(self, name: str) -> tuple[Variable, ...]:
         """Return the variables of a block."""
@@ -82,22 +80,23 @@ class Layout:
 def layout_of(programs: Programs, start: Start) -> Layout:
     """Return the variables of an FMU; names are those of `linearize`: `motor_x.tau`, `tool.fx`, `ram.q`, `tool.x`."""
     joints = programs.machine.independent_joints
-    made = (
+    rates = [Variable(f"der({x})", 0, "", f"rate of {x}", initial="calculated") for x in programs.states]
+    parts = (
         ("INPUT", "forces of motors, wrenches on frames", _inputs(programs, start)),
         ("Q", "joint variables", _states(joints, "q", "", start.q.tolist(), start.positions.tolist())),
         ("QD", "joint velocities", _states(joints, "qd", "/s", [0.0] * len(joints), start.velocities.tolist())),
         *([("Z", "states of friction, then of drives", _further(programs, start))] if programs.states else []),
         ("DER_Q", "derivatives of joint variables", _derivatives(joints, "q", "/s")),
         ("DER_QD", "joint accelerations", _derivatives(joints, "qd", "/s2")),
-        *([("DER_Z", "rates of states of friction and drives", _rates(programs))] if programs.states else []),
+        *([("DER_Z", "rates of states of friction and drives", rates)] if programs.states else []),
         *([] if programs.given is Given.TORQUES else [("TAU_M", "torques of motors", _torques(programs))]),
         ("Y", "outputs that are not states", map(_output, programs.outputs)),
         ("P", "parameters", _parameters(programs)),
     )
     blocks: list[Block] = []
     first = 1
-    for name, meaning, variables in made:
-        numbered = tuple(replace(one, reference=first + k) for k, one in enumerate(variables))
+    for name, meaning, variables in parts:
+        numbered = tuple(replace(variable, reference=first + k) for k, variable in enumerate(variables))
         blocks.append(Block(name, meaning, numbered, first))
         first += len(numbered)
     return Layout(_derivatives_of_states(blocks))
@@ -108,8 +107,7 @@ def _derivatives_of_states(blocks: Sequence[Block]) -> tuple[Block, ...]:
     of = {f"DER_{name}": firsts[name] for name in ("Q", "QD", "Z") if name in firsts}
     return tuple(
         replace(
-            block,
-            variables=tuple(replace(one, derivative_of=of[block.name] + k) for k, one in enumerate(block.variables)),
+            block, variables=tuple(replace(x, derivative_of=of[block.name] + k) for k, x in enumerate(block.variables))
         )
         if block.name in of
         else block
@@ -123,13 +121,13 @@ def _inputs(programs: Programs, start: Start) -> Iterator[Variable]:
         yield from _set_points(programs, start)
     for joint, torque in zip(motors, start.torques.tolist(), strict=True):
         what = "force" if joint.sigma else "torque"
-        fed = " that is added to what its drive demands" if joint.name in programs.with_drive else ""
-        yield _input(f"{joint.name}.tau", joint.force_unit, f"{what} of the motor of {joint.name}{fed}", torque)
-    for asked in programs.machine.forces:
+        addition = " that is added to what its drive demands" if joint.name in programs.with_drive else ""
+        yield _input(f"{joint.name}.tau", joint.force_unit, f"{what} of the motor of {joint.name}{addition}", torque)
+    for frame in programs.machine.forces:
         for component, unit in WRENCH:
             what = "force" if unit == "N" else "moment"
-            described = f"{what} on {asked} along {component[1]} of frame 0"
-            yield _input(f"{_quoted(str(asked))}.{component}", unit, described, 0.0)
+            described = f"{what} on {frame} along {component[1]} of frame 0"
+            yield _input(f"{_quote_owner(str(frame))}.{component}", unit, described, 0.0)
 
 
 def _set_points(programs: Programs, start: Start) -> Iterator[Variable]:
@@ -154,11 +152,6 @@ def _further(programs: Programs, start: Start) -> Iterator[Variable]:
         described = f"{what} of {name.partition('.')[0]}"
         nominal = _number(float(f"{float(size):.{DIGITS - 1}e}"))
         yield Variable(name, 0, _unit(unit), described, initial="exact", start=_number(x), nominal=nominal)
-
-
-def _rates(programs: Programs) -> Iterator[Variable]:
-    for name in programs.states:
-        yield Variable(f"der({name})", 0, "", f"rate of {name}", initial="calculated")
 
 
 def _torques(programs: Programs) -> Iterator[Variable]:
@@ -197,22 +190,22 @@ def _derivatives(joints: Sequence[Joint], quantity: str, per: str) -> Iterator[V
         yield Variable(f"der({joint.name}.{quantity})", 0, _unit(joint.unit + per), described, initial="calculated")
 
 
-def _output(one: Output) -> Variable:
-    name, described = f"{_quoted(one.owner)}.{one.quantity}", f"{one.owner}: {one.meaning}"
-    return Variable(name, 0, _unit(one.unit), described, "output", initial="calculated")
+def _output(output: Output) -> Variable:
+    name, described = f"{_quote_owner(output.owner)}.{output.quantity}", f"{output.owner}: {output.meaning}"
+    return Variable(name, 0, _unit(output.unit), described, "output", initial="calculated")
 
 
 def _parameters(programs: Programs) -> Iterator[Variable]:
-    taken = {"time"}
+    reserved = {"time"}
     units = {parameter.name: parameter.unit for parameter in programs.machine.parameters}
-    used = frozenset[str]().union(*(one.program.used for one in programs.models))
-    for one in programs.package.parameters:
-        cell = programs.cells.get(one.name, NamedCell(one.name, f"parameter {one.name}"))
-        name = f"parameter.{cell.name}" if cell.name in taken else cell.name
-        unit = _unit(units.get(one.name, ""))
-        least = "0.0" if cell.quantity in NOT_NEGATIVE and one.value >= 0 else None
-        meaning = cell.meaning if one.name in used else f"{cell.meaning} ({IDLE})"
-        yield Variable(name, 0, unit, meaning, "parameter", "tunable", "exact", _number(one.value), minimum=least)
+    used = frozenset[str]().union(*(model.program.used for model in programs.models))
+    for x in programs.package.parameters:
+        cell = programs.cells.get(x.name, NamedCell(x.name, f"parameter {x.name}"))
+        name = f"parameter.{cell.name}" if cell.name in reserved else cell.name
+        unit = _unit(units.get(x.name, ""))
+        least = "0.0" if cell.quantity in NOT_NEGATIVE and x.value >= 0 else None
+        meaning = cell.meaning if x.name in used else f"{cell.meaning} ({IDLE})"
+        yield Variable(name, 0, unit, meaning, "parameter", "tunable", "exact", _number(x.value), minimum=least)
 
 
 def _unit(text: str) -> str:
@@ -224,13 +217,13 @@ def _number(x: float) -> str:
     return repr(float(x) + 0.0)
 
 
-def _quoted(owner: str) -> str:
-    """Return the first part of a name: in quotes where it is not an identifier, as `'tool at (0.1, 0, L2)'`."""
+def _quote_owner(owner: str) -> str:
+    """Return the owner in a name, in quotes unless it is an identifier, as `'tool at (0.1, 0, L2)'`."""
     return owner if owner.isidentifier() else f"'{owner}'"
 
 
 def unit_powers(variables: Sequence[Variable]) -> Mapping[str, list[tuple[str, int]]]:
-    """Return exponents of base units by the name of each unit, in the order of FMI."""
-    names = sorted({one.unit for one in variables if one.unit})
-    found = {name: in_base_units(name) or {} for name in names}
-    return {name: [(b, int(x[b])) for b in ("kg", "m", "s", "rad") if b in x] for name, x in found.items()}
+    """Return exponents of base units by name of unit, in the order of FMI."""
+    names = sorted({variable.unit for variable in variables if variable.unit})
+    powers = {name: in_base_units(name) or {} for name in names}
+    return {name: [(b, int(x[b])) for b in ("kg", "m", "s", "rad") if b in x] for name, x in powers.items()}

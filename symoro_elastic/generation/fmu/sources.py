@@ -8,7 +8,6 @@ from itertools import accumulate
 from typing import Any
 
 from symoro_elastic.codegen.c.lines import wrap_lines
-from symoro_elastic.codegen.integration.methods import Method
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import EXTERNAL, Function, Package
 from symoro_elastic.codegen.package_context import Files
@@ -23,14 +22,12 @@ from symoro_elastic.codegen.time_steps import (
     rows_of_nodes,
     settling_of,
 )
-from symoro_elastic.generation.fmu.motors import Given
-from symoro_elastic.generation.fmu.programs import Programs
+from symoro_elastic.generation.fmu.programs import Given, Programs
 from symoro_elastic.generation.fmu.scalar_variables import Layout
 from symoro_elastic.generation.fmu.start import Start
 from symoro_elastic.models.drives.control import CONTROL, START
 from symoro_elastic.models.drives.drive_states import SET_POINTS
-from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES
-from symoro_elastic.models.passed_torques import PASSED, PASSED_TORQUES, TERMS
+from symoro_elastic.models.steps.time_steps import MOTOR_COORDINATES, PASSED, PASSED_TORQUES, TERMS
 
 TOLERANCE, FINEST = "1e-10", "1e-14"
 """Relative tolerance of co-simulation: unless the importer gives one, and at least."""
@@ -45,7 +42,7 @@ RATES = ("direct_dynamics", "closed_dynamics")
 KNOWN_ALONG = (*RATES, "outputs", PASSED_TORQUES)
 CALLED = (*KNOWN_ALONG, *(f"{name}_directional" for name in KNOWN_ALONG), "assemble")
 OF_SAMPLES = (CONTROL, START, MOTOR_COORDINATES)
-"""Functions that an instance calls beside time steps."""
+"""Functions that an instance calls between time steps."""
 PER_LINE = 6
 
 
@@ -71,14 +68,14 @@ def interface_file(version: int) -> str:
 
 def _interface(programs: Programs, text: SourceText, layout: Layout, start: Start, version: int, token: str) -> str:
     package, method = programs.package, programs.method
-    found = method_text(method, package, DOUBLE)
+    method_texts = method_text(method, package, DOUBLE)
     constants = _constants(text, package)
-    prepared = {one.array for one in constants}
+    prepared = {variable.array for variable in constants}
     functions = {f.name: f for f in with_own_results(package).functions}
     calls = {name: _call(programs, functions[name], prepared) for name in (*CALLED, *OF_SAMPLES) if name in functions}
     rates = next(name for name in RATES if name in functions)
     calls |= {"rates": calls[rates], "rates_directional": calls[f"{rates}_directional"]}
-    calls["step"] = _step(programs, found, "c_step" in prepared)
+    calls["step"] = _step(programs, method_texts, "c_step" in prepared)
     variables = layout.variables
     return wrap_lines(
         render(
@@ -94,17 +91,17 @@ def _interface(programs: Programs, text: SourceText, layout: Layout, start: Star
             further=len(programs.states),
             **_of_inputs(programs, functions),
             parameters=len(package.parameters),
-            bounded=[one for one in layout.block("P") if one.minimum is not None],
+            bounded=[variable for variable in layout.block("P") if variable.minimum is not None],
             dependent=sum(block.size for block in package.assembled),
             outputs=len(layout.block("Y")),
             constants=constants,
-            start=list(_numbers([one.start or "0.0" for one in variables])),
+            start=list(_numbers([variable.start or "0.0" for variable in variables])),
             loads=settling_of(package, Literals(DOUBLE)),
-            nominal=list(_numbers([one.nominal or "1.0" for one in layout.states])),
+            nominal=list(_numbers([variable.nominal or "1.0" for variable in layout.states])),
             start_dep=[repr(x) for x in start.q_dep.tolist()],
             calls=calls,
-            method=found,
-            exponent=_exponent(method),
+            method=method_texts,
+            exponent=f"{method.order}.0",  # of the step in the error: that of the embedded method, plus one
             fastest=f"{start.fastest:.2e}",
             tolerance=TOLERANCE,
             most_steps=MOST_STEPS,
@@ -128,36 +125,34 @@ def _of_inputs(programs: Programs, functions: Mapping[str, Function]) -> dict[st
     }
 
 
-def _exponent(method: Method) -> str:
-    """Return the power of the step that its estimated error grows with: that of the embedded method plus one."""
-    return f"{method.order}.0"
-
-
 def _constants(text: SourceText, package: Package) -> list[_Constants]:
     """Return the arrays of what depends on parameters only, of functions that are called and of time steps."""
     by_name = {function.name.removeprefix(f"{package.name}_"): function for function in text.functions}
     called = [(name, by_name[name]) for name in (*CALLED, *OF_SAMPLES) if name in by_name]
-    made = [
+    arrays = [
         _Constants(f"c_{name}", function.constants, f"{function.name}_prepare(&m->value[P], m->c_{name})")
         for name, function in called
         if function.constants
     ]
     if text.steps.constants:
         prepare = f"{package.name}_step_prepare(&m->value[P], m->c_step)"
-        made.append(_Constants("c_step", f"{text.macro}_STEP_CONSTANTS", prepare))
-    return made
+        arrays.append(_Constants("c_step", f"{text.macro}_STEP_CONSTANTS", prepare))
+    return arrays
 
 
 def _call(programs: Programs, function: Function, prepared: Collection[str]) -> str:
     """Return the call of a function on an instance `m`; seeds and derivatives are in `along`."""
-    package, blocks = programs.package, STATE | _blocks_of_inputs(programs)
+    firsts = accumulate(programs.inputs.values(), initial=0)
+    of_inputs = {name: f"INPUT + {k}U" if k else "INPUT" for name, k in zip(programs.inputs, firsts, strict=False)}
+    package, blocks = programs.package, STATE | of_inputs
     places = {key: f"&m->value[{block}]" for key, block in blocks.items()}
     places |= {block.name: f"m->{block.name}" for block in package.assembled}
     places |= {f"seed_{key}": f"&along[{block}]" for key, block in blocks.items()}
     places |= {"load": "m->load", "seed_load": "load"}
     if function.name.startswith(PASSED_TORQUES):
         places |= {"qdd": "&m->value[DER_QD]", "seed_qdd": "&along[DER_QD]"}
-        places |= {f"{seed}tau": _torques(programs, array) for seed, array in (("", "m->value"), ("seed_", "along"))}
+        torques = "INPUT" if programs.given is Given.TORQUES else "TAU_M"
+        places |= {"tau": f"&m->value[{torques}]", "seed_tau": f"&along[{torques}]"}
     if function.name in OF_SAMPLES:
         places |= {name: place.replace("m->value[INPUT", "given[0U") for name, place in places.items()} | {
             "zc": "m->zc"
@@ -166,7 +161,7 @@ def _call(programs: Programs, function: Function, prepared: Collection[str]) -> 
         places |= {"tau": "m->held", "seed_tau": "still"}
     array = "along" if function.name.endswith("_directional") else "m->value"
     along = array == "along"
-    found = [places.get(a.name, a.name) for a in function.arguments]
+    inputs = [places.get(a.name, a.name) for a in function.arguments]
     results = [
         LOCAL.get(r.name) or f"&{array}[{RESULTS[r.name.removeprefix('d') if along else r.name]}]"
         for r in function.results
@@ -174,23 +169,12 @@ def _call(programs: Programs, function: Function, prepared: Collection[str]) -> 
     has_constants = f"c_{function.name}" in prepared
     c = [f"m->c_{function.name}"] if has_constants else []
     suffix = "_prepared" if has_constants else ""
-    return f"{package.name}_{function.name}{suffix}({', '.join([*found, _parameters(package), *c, *results])})"
-
-
-def _torques(programs: Programs, array: str = "m->value") -> str:
-    """Return the place of the torques of motors."""
-    return f"&{array}[{'INPUT' if programs.given is Given.TORQUES else 'TAU_M'}]"
+    return f"{package.name}_{function.name}{suffix}({', '.join([*inputs, _parameters(package), *c, *results])})"
 
 
 def _parameters(package: Package) -> str:
-    """Return the place of the parameters; functions of a package without any take no array."""
+    """Return the place of the parameters, NULL for a package without any."""
     return "&m->value[P]" if package.parameters else "NULL"
-
-
-def _blocks_of_inputs(programs: Programs) -> dict[str, str]:
-    """Return the places of inputs among values, by argument."""
-    firsts = accumulate(programs.inputs.values(), initial=0)
-    return {name: f"INPUT + {k}U" if k else "INPUT" for name, k in zip(programs.inputs, firsts, strict=False)}
 
 
 def _step(programs: Programs, method: MethodText, has_constants: bool) -> str:
@@ -203,8 +187,8 @@ def _step(programs: Programs, method: MethodText, has_constants: bool) -> str:
     rows = [places[name] for name in rows_of_nodes(variant, package)]
     changing = [rates[name] for name in variant.of_rate] if method.kind == "rosenbrock" else []
     c = ["m->c_step"] if has_constants else []
-    known = {"q": "&m->value[Q]", "qd": "&m->value[QD]", "z": "&m->value[Z]"}
-    state = [*(known.get(block.name, f"m->{block.name}") for block in blocks_carried(variant, package)), "error"]
+    blocks = {"q": "&m->value[Q]", "qd": "&m->value[QD]", "z": "&m->value[Z]"}
+    state = [*(blocks.get(block.name, f"m->{block.name}") for block in blocks_carried(variant, package)), "error"]
     suffix = "_prepared" if has_constants else ""
     arguments = [*rows, *changing, "h", _parameters(package), *c, *state]
     return f"{package.name}_step_{method.name}{variant.suffix}_error{suffix}({', '.join(arguments)})"

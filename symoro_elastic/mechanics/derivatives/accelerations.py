@@ -6,7 +6,7 @@ that the motion was found with, in a number of operations that grows as the numb
 under a known wrench comes last, by its articulated inertia.
 
 The same factors give the motion itself from one without accelerations of joints, where these are not
-yet known: composite bodies and rows, which derivatives take anyway, tell what accelerations add to it.
+yet known: composite bodies and rows, which derivatives need anyway, give the contributions of accelerations.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def is_short(mechanism: Mechanism) -> bool:
     return before <= LONG * len(moving)
 
 
-def accelerated(held: Dynamics, made: TorqueDerivatives, qdd: Mapping[int, Scalar]) -> Dynamics:
+def with_accelerations(held: Dynamics, made: TorqueDerivatives, qdd: Mapping[int, Scalar]) -> Dynamics:
     """The motion `held`, whose joints do not accelerate, with accelerations of joints.
 
     They add V to V'_j, and to f_j what accelerates all beyond joint j as one body and in the joints within.
@@ -84,13 +84,13 @@ def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int],
     pushed = {m: solve({j: A[m, j] for j in joints}) for m in DEGREES}
     rows = Js.rows
 
-    def solved(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-        held = solve({j: right[j] for j in joints})
-        left = [right[m] - sum_of(A[m, j] * held[j] for j in joints) for m in DEGREES]
-        base = dict(zip(DEGREES, solve_symmetric(rows, left).x, strict=True))
-        return base | {j: held[j] - sum_of(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
+    def solve_all(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+        x = solve({j: right[j] for j in joints})
+        rhs = [right[m] - sum_of(A[m, j] * x[j] for j in joints) for m in DEGREES]
+        base = dict(zip(DEGREES, solve_symmetric(rows, rhs).x, strict=True))
+        return base | {j: x[j] - sum_of(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
 
-    return solved
+    return solve_all
 
 
 def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
@@ -98,29 +98,30 @@ def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[i
 
     `given` are those of all torques at constant accelerations.
     """
-    found: Entries = {}
+    columns: Entries = {}
     for c in dict.fromkeys(c for _, c in given):
         x = solve({i: -given.get((i, c), 0) for i in free})  # (11)
-        found |= {(i, c): x[i] if i in free else _moving(given, A, (i, c), x) for i in numbers}
-    return found
+        columns |= {(i, c): x[i] if i in free else _moving(given, A, (i, c), x) for i in numbers}
+    return columns
 
 
 def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
-    """The same derivatives, by the torques of `free` and by the accelerations of the others."""
-    found = inverse(free, solve)
+    """The derivatives by the torques of `free` and by the accelerations of the others, column by column."""
+    entries = inverse(free, solve)
     for c in numbers:
         if c in free:
-            found |= {(i, c): _moving({}, A, (i, c), {f: found[f, c] for f in free}) for i in numbers if i not in free}
+            x = {f: entries[f, c] for f in free}
+            entries |= {(i, c): _moving({}, A, (i, c), x) for i in numbers if i not in free}
             continue
         x = solve({i: -A.get((i, c), 0) for i in free})  # (11)
         for i in numbers:
-            mirrored = (c, i) in found and i not in free
-            found[i, c] = x[i] if i in free else found[c, i] if mirrored else _moving(A, A, (i, c), x)
-    return found
+            mirrored = (c, i) in entries and i not in free
+            entries[i, c] = x[i] if i in free else entries[c, i] if mirrored else _moving(A, A, (i, c), x)
+    return entries
 
 
 def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
-    """Sum of an entry of `given` and of A x in its row."""
+    """An entry of `given` plus A x in its row."""
     return sum_of((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
 
 
@@ -136,12 +137,13 @@ def inverse(joints: Sequence[int], solve: Solve) -> Entries:
 def factors_of(mechanism: Mechanism, A: Entries) -> Factorization:
     """A = L^T D L."""
     numbered = [0, *(j for j, _ in mechanism.from_base())]
-    return factorization(mechanism.joints_from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
+    from_tips = tuple(j for j, link in mechanism.from_tips() if link.axis is not Axis.NONE)
+    return factorization(from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
 
 
 def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """By the recursions [28]-[36] without velocities, gravity and wrenches."""
-    alone = _pushed(mechanism, found, right)
+    """Accelerations by the recursions [28]-[36] without velocities, gravity and wrenches."""
+    alone = _lone_accelerations(mechanism, found, right)
     V: dict[int, Twist] = {}
     qdd: dict[int, Scalar] = {}
     for j, link in mechanism.from_base():
@@ -152,8 +154,8 @@ def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Sca
     return qdd
 
 
-def _pushed(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """Acceleration of each joint where its antecedent has none [30], [31]."""
+def _lone_accelerations(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Accelerations of joints whose antecedents do not accelerate [30], [31]."""
     wrenches: dict[int, Wrench] = {}
     alone: dict[int, Scalar] = {}
     for j, link in mechanism.from_tips():

@@ -24,11 +24,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.dynamics import Dynamics
 from symoro_elastic.mechanics.kinematics import Scalars, path
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.spatial import (
     EZ,
+    IDENTITY,
     ZERO,
     AxialTransform,
     Axis,
@@ -72,7 +74,7 @@ class Row:
         return dot(force, linear) + dot(moment, angular) + dot(self.of_theta, change.theta)
 
     def to_antecedent(self, steps: Steps) -> Row:
-        """The same torque, of changes described in the antecedent frame."""
+        """The row in the antecedent frame."""
         wrench, of_theta = self.of_acceleration, self.of_theta
         for step, boost in steps:
             of_theta = step.rotate(of_theta + cross(boost, wrench.force))
@@ -111,7 +113,7 @@ class Composite:
         return Row(self.inertia.spatial * axis, of_theta)
 
     def to_antecedent(self, steps: Steps) -> Composite:
-        """The same bodies, described in the antecedent frame."""
+        """The composite body in the antecedent frame."""
         inertia, p, Q = self.inertia, self.p, self.Q
         for step, boost in steps:
             Q = Q + _swept(inertia.moments, boost)
@@ -140,27 +142,27 @@ class TorqueDerivatives:
 
 
 def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> TorqueDerivatives:
-    """Derivatives of the torques of all joints, friction and springs left out, at the motion `found`.
+    """Derivatives of the torques of all joints, without friction and springs, at the motion `found`.
 
     Units N m/rad, N m s/rad, kg m2, or with m and N.
     """
-    made = _bodies(mechanism, found.w)
-    _add_changes(mechanism, found, made)
-    for j in _added_rows(mechanism, qd, found.w, made):
-        _add_columns(mechanism, j, found.f[j], made)
-    return made
+    partials = _bodies(mechanism, found.w)
+    _add_changes(mechanism, found, partials)
+    for j in _added_rows(mechanism, qd, found.w, partials):
+        _add_columns(mechanism, j, found.f[j], partials)
+    return partials
 
 
 def by_accelerations(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector]) -> TorqueDerivatives:
-    """What velocities give of them: composite bodies, rows, derivatives by qdd."""
-    made = _bodies(mechanism, w)
-    for _ in _added_rows(mechanism, qd, w, made):
+    """The part of the derivatives that velocities determine: composite bodies, rows, derivatives by qdd."""
+    partials = _bodies(mechanism, w)
+    for _ in _added_rows(mechanism, qd, w, partials):
         pass
-    return made
+    return partials
 
 
 def add_motion(mechanism: Mechanism, found: Dynamics, made: TorqueDerivatives) -> None:
-    """Add what accelerations give to that: changes, columns, derivatives by q and qd."""
+    """Add the part that accelerations determine: changes, columns, derivatives by q and qd."""
     _add_changes(mechanism, found, made)
     for j in (j for j, _ in mechanism.from_tips() if j in made.moved):
         for i in reversed(path(mechanism, j)):
@@ -183,7 +185,7 @@ def _add_changes(mechanism: Mechanism, found: Dynamics, made: TorqueDerivatives)
 
 
 def _added_rows(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector], made: TorqueDerivatives) -> Iterator[int]:
-    """Joints from the tips to the base, each when its composite body and its row are found."""
+    """Yield joints from the tips to the base, after their composite body and row are computed."""
     steps = {j: _steps(link, w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
     for j, link in mechanism.from_tips():
         if link.antecedent in made.composites:
@@ -205,7 +207,7 @@ def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
 
 
 def _steps(link: Link, w: Vector, qd: Scalar) -> Steps:
-    """`w` is that of the antecedent."""
+    """Steps to the antecedent frame, whose angular velocity is `w`."""
     steps: Steps = []
     for step in link.transform.steps:
         w = step.rotate_back(w)
@@ -228,7 +230,7 @@ def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: Torque
 
 
 def _add_by_row(j: int, i: int, made: TorqueDerivatives) -> None:
-    """Torque of joint j by the variables of joint i, where its changes are known."""
+    """Add derivatives of the torque of joint j by the variables of joint i, whose changes are known."""
     if i in made.moved:
         row = made.rows[j, i]
         made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
@@ -259,3 +261,36 @@ def _swept(b: Vector, a: Vector) -> Matrix:
         Vector(-(a.y * b.x), x + z, -(a.y * b.z)),
         Vector(-(a.z * b.x), -(a.z * b.y), x + y),
     )
+
+
+def add_base(made: TorqueDerivatives, w: Vector) -> None:
+    """Rows of the wrench on a base that turns with `w`, columns of its velocity and acceleration."""
+    composite = made.composites[0]
+    sped = {m: Change(Twist(ZERO, cross(w, e)), e) for m, e in zip(DEGREES[3:], IDENTITY, strict=True)}
+    for m, entries in zip(DEGREES, composite.inertia.spatial.rows, strict=True):
+        made.by_qdd.update({(m, n): x for n, x in zip(DEGREES, entries, strict=True)})
+    for n, change in sped.items():
+        made.by_qd.update({(m, n): x for m, x in zip(DEGREES, composite.wrench(change).entries, strict=True)})
+    for j in made.moved:
+        row, (by_q, by_qd) = made.rows[j, 0], made.columns[j, 0]
+        made.by_qd.update({(j, n): row.of(change) for n, change in sped.items()})
+        for k, m in enumerate(DEGREES):
+            made.by_q[m, j], made.by_qd[m, j] = by_q.entries[k], by_qd.entries[k]
+            made.by_qdd[m, j] = made.by_qdd[j, m] = row.of_acceleration.entries[k]
+
+
+def by_pose(by_acceleration: Entries, gravity: Vector) -> Entries:
+    """Columns of a small displacement (zero) and rotation of a base with a given acceleration, from its columns."""
+    columns: Entries = {}
+    for n, e in zip(DEGREES[3:], IDENTITY, strict=True):
+        x, y, z = cross(e, gravity)
+        for i in dict.fromkeys(i for i, _ in by_acceleration):
+            a, b, c = (by_acceleration.get((i, m), 0) for m in DEGREES[:3])
+            columns[i, n] = x * a + y * b + z * c
+    return columns
+
+
+def falling_by_pose(gravity: Vector) -> Entries:
+    """Columns of a small displacement (zero) and rotation for the acceleration of a base under a known wrench."""
+    turned = {n: (*cross(gravity, e), 0, 0, 0) for n, e in zip(DEGREES[3:], IDENTITY, strict=True)}
+    return {(m, n): x for n, column in turned.items() for m, x in zip(DEGREES, column, strict=True)}

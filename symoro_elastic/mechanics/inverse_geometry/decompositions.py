@@ -1,4 +1,4 @@
-"""Three ways to take a serial chain apart into what closed forms know.
+"""Three decompositions of a serial chain into problems with closed forms.
 
 Sources: Pieper (1968); Paul (1981); Khalil and Dombre (2002), chapter 4.
 """
@@ -48,12 +48,12 @@ class Chain(NamedTuple):
     between: tuple[Pose, ...]
 
     def from_other_end(self) -> Chain:
-        """The same chain from its other end."""
+        """The chain from its other end."""
         return Chain(self.movers[::-1], tuple(pose.inverse() for pose in reversed(self.between)))
 
 
 def arms_to(f: Functions, chain: Chain, P: Vector) -> list[Solution]:
-    """What brings the origin of the last frame to P."""
+    """Solutions that bring the origin of the last frame to P."""
     return reach(f, chain.movers, chain.between[1:-1], chain.between[-1].origin, chain.between[0].point_back(P))
 
 
@@ -61,7 +61,7 @@ def arms_to(f: Functions, chain: Chain, P: Vector) -> list[Solution]:
 
 
 def point_then_axes(f: Functions, chain: Chain, T: Pose, k: int) -> list[Solution]:
-    """The last k axes are taken for the wrist."""
+    """Solutions with the last k axes as wrist."""
     m = len(chain.movers) - k
     wrist, poses = chain.movers[m:], chain.between[m + 1 : -1]
     here, there = _meeting_point(f, wrist, poses)
@@ -72,13 +72,13 @@ def point_then_axes(f: Functions, chain: Chain, T: Pose, k: int) -> list[Solutio
     arms = reach(f, chain.movers[:m], chain.between[1:m], chain.between[m].point(along(here)), target)
     solutions = []
     for arm in arms:
-        first, last = (_carried(chain, arm, inner.rotation * axis) for axis in (FIRST, LAST))
+        first, last = (_carry(chain, arm, inner.rotation * axis) for axis in (FIRST, LAST))
         solutions += [(*arm, *ends) for ends in _WRISTS[k](f, wrist, poses, first, last)]
     return solutions
 
 
 def _meeting_point(f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose]) -> tuple[Scalar, Scalar]:
-    """Where up to three axes meet: z in the frame of the first, z in the frame of the last. Raises `NoClosedForm`."""
+    """Intersection of up to three axes: z in the frame of the first, z in that of the last. Raises `NoClosedForm`."""
     for mover in wrist:
         if not mover.turns:
             raise _no_wrist([mover], f"joint {mover.joint} is prismatic: {names_in_words(wrist)} do not form a wrist")
@@ -111,10 +111,10 @@ def _no_wrist(movers: Sequence[Mover], reason: str, miss: Miss | None = None) ->
     return NoClosedForm(numbers_of(movers), reason, miss, NO_WRIST)
 
 
-def _carried(chain: Chain, arm: Solution, v: Vector) -> Vector:
-    """Components, after the joints of an arm and the placement that follows, of a vector given before them."""
-    for found, pose in zip(arm, chain.between[1:], strict=False):
-        v = pose.rotation.T * found.motion.rotate_back(v)
+def _carry(chain: Chain, arm: Solution, v: Vector) -> Vector:
+    """Components of a given vector after the joints of an arm and the placement that follows."""
+    for joint, pose in zip(arm, chain.between[1:], strict=False):
+        v = pose.rotation.T * joint.motion.rotate_back(v)
     return v
 
 
@@ -128,16 +128,16 @@ def _one_axis(
 def _two_axes(
     f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
 ) -> Iterator[Solution]:
-    """Rot(z, q1) R Rot(z, q2) = M: the last column gives q1, the first q2."""
-    found = type_3(f, wrist[0].joint, poses[0].rotation.T[2], last)
-    x = poses[0].rotation.T * found.motion.rotate_back(first)
-    yield found, type_3(f, wrist[1].joint, FIRST, x)
+    """Solve Rot(z, q1) R Rot(z, q2) = M: the last column gives q1, the first q2."""
+    first_turn = type_3(f, wrist[0].joint, poses[0].rotation.T[2], last)
+    x = poses[0].rotation.T * first_turn.motion.rotate_back(first)
+    yield first_turn, type_3(f, wrist[1].joint, FIRST, x)
 
 
 def _three_axes(
     f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose], first: Vector, last: Vector
 ) -> Iterator[Solution]:
-    """Rot(z, q1) R Rot(z, q2) S Rot(z, q3) = M: its last column is a point to be reached, its first gives q3."""
+    """Solve Rot(z, q1) R Rot(z, q2) S Rot(z, q3) = M: the last column is a point to reach, the first gives q3."""
     centred = [Pose(pose.rotation, ZERO) for pose in poses]
     axis = poses[1].rotation.T[2]
     for found, middle in reach(f, wrist[:2], centred[:1], axis, last):
@@ -169,7 +169,7 @@ def turns_then_shifts(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
 
 
 def _between_turns(chain: Chain) -> list[Matrix]:
-    """Orientations of the placements between revolute joints, prismatic ones left out."""
+    """Orientations of the placements between revolute joints, without prismatic joints."""
     rotations = [chain.between[0].rotation]
     for mover, pose in zip(chain.movers, chain.between[1:], strict=True):
         if mover.turns:
@@ -191,18 +191,18 @@ def _angles(
 
 def _with_shifts(f: Functions, chain: Chain, angles: Solution, P: Vector) -> Solution:
     """The prismatic joints that bring the end of the chain to P: r1 z1 + r2 z2 + r3 z3 = P - P(r = 0)."""
-    known = {found.joint: found for found in angles}
+    values = {value.joint: value for value in angles}
     axes: dict[int, Vector] = {}
     pose = chain.between[0]
     for mover, after in zip(chain.movers, chain.between[1:], strict=True):
         if mover.turns:
-            pose = pose.moved(known[mover.joint].motion)
+            pose = pose.moved(values[mover.joint].motion)
         else:
             axes[mover.joint] = pose.rotation.T[2]
         pose = pose.then(after)
     shifts = _SHIFTS[len(axes)](f, list(axes), list(axes.values()), P - pose.origin)
-    known |= {found.joint: found for found in shifts}
-    return tuple(known[mover.joint] for mover in chain.movers)
+    values |= {value.joint: value for value in shifts}
+    return tuple(values[mover.joint] for mover in chain.movers)
 
 
 def _one_shift(f: Functions, joints: Sequence[int], z: Sequence[Vector], p: Vector) -> list[Found]:
@@ -217,7 +217,7 @@ def _two_shifts(f: Functions, joints: Sequence[int], z: Sequence[Vector], p: Vec
 
 
 def _three_shifts(f: Functions, joints: Sequence[int], z: Sequence[Vector], p: Vector) -> list[Found]:
-    """By Cramer's rule; the determinant vanishes where the three lie in a plane."""
+    """Solve for three slides by Cramer's rule; the determinant vanishes where their directions lie in a plane."""
     normals = cross(z[1], z[2]), cross(z[2], z[0]), cross(z[0], z[1])
     volume = dot(z[0], normals[0])
     return _shifts_by_quotients(f, joints, [dot(p, n) for n in normals], volume, volume * volume)
@@ -255,9 +255,9 @@ def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
     height = plane(LAST, arm_at_zero.point(along(here))[2]).seen_from(chain.between[1])
     solutions: list[Solution] = []
     for first in onto_surface(f, chain.movers[0], height, inner.point(along(there))):
-        rest = chain.between[1].inverse().then(_undone(first.from_other_end(), inner))
-        for last in _ends(f, ends, chain.between[5:-1], arm_at_zero.rotation[2], rest.rotation[2]):
-            solutions += [(first, *planar, *last) for planar in _planar(f, chain, rest, last)]
+        target = chain.between[1].inverse().then(_undone(first.from_other_end(), inner))
+        for last in _ends(f, ends, chain.between[5:-1], arm_at_zero.rotation[2], target.rotation[2]):
+            solutions += [(first, *planar, *last) for planar in _planar(f, chain, target, last)]
     return solutions
 
 
@@ -278,7 +278,7 @@ def _ends(f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vect
 
 
 def _planar(f: Functions, chain: Chain, rest: Pose, last: Solution) -> list[Solution]:
-    """The three parallel axes, all else being known."""
+    """Solutions of the three parallel axes, all other joints being known."""
     pose = rest
     for found, before in zip(reversed(last), reversed(chain.between[4 : 4 + len(last)]), strict=True):
         pose = pose.moved(found.from_other_end().motion).then(before.inverse())

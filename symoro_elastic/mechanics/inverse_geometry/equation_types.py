@@ -24,7 +24,7 @@ SIGNS = (1, -1)
 
 @dataclass(frozen=True)
 class Functions:
-    """What the equations need beside + - * /.
+    """Functions of the equations in addition to + - * /.
 
     `turn` gives the angle of a point (x, y) of known distance from the origin, its cosine and its sine. `is_zero` tells
     what is zero for all values of the variables, `is_fixed` what the place to be reached does not change.
@@ -38,7 +38,7 @@ class Functions:
 
 
 class Miss(NamedTuple):
-    """How the axes of two neighbours miss what is needed: "parallel", "apart" or, meeting a third, "elsewhere".
+    """Why two neighbouring axes do not qualify: "parallel", "apart" or, meeting a third, "elsewhere".
 
     `joint` is the second of the two in the table; where they meet others elsewhere, the one between.
     """
@@ -48,9 +48,9 @@ class Miss(NamedTuple):
 
 
 class NoClosedForm(Exception):
-    """Why there is no closed form, and the numbers of the joints to blame.
+    """Raised where a closed form does not exist, with the reason and the numbers of the joints that cause it.
 
-    `condition` tells which part of the method failed, `miss` how the axes lie.
+    `condition` is the part of the method that failed, `miss` the relation of the axes.
     """
 
     def __init__(self, joints: tuple[int, ...], reason: str, miss: Miss | None = None, condition: str = "") -> None:
@@ -70,7 +70,7 @@ class Found(NamedTuple):
     measure: Scalar = 1
 
     def from_other_end(self) -> Found:
-        """The same joint passed from its far side."""
+        """The solution of the joint passed from its far side."""
         cosine, sine, shift = self.motion[1:]
         return Found(self.joint, -self.variable, AxialTransform(Z, cosine, -sine, -shift), self.measure)
 
@@ -139,7 +139,7 @@ def is_along_z(f: Functions, v: Vector) -> bool:
 
 
 def distance(f: Functions, v: Vector) -> Scalar:
-    """Distance from the z axis; its sign means nothing."""
+    """Distance from the z axis; its sign has no meaning."""
     x, y = (0 if f.is_zero(x) else x for x in v[:2])
     return y if f.is_zero(x) else x if f.is_zero(y) else f.square_root(x * x + y * y)
 
@@ -182,7 +182,7 @@ class Difference(NamedTuple):
         return self.size - self.part * self.part
 
     def root(self, f: Functions) -> Scalar:
-        """Its square root, NaN where it is negative."""
+        """The square root of the difference, NaN where it is negative."""
         if f.is_zero(self.part):
             return f.square_root(self.size)
         return real_root(f, self.value, self.size, self.scale)
@@ -203,8 +203,8 @@ def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scal
 
 def type_3(f: Functions, joint: int, v: Vector, u: Vector, measure: Scalar = 1) -> Found:
     """Rot(z, q) v = u, two equations in cos q and sin q: one angle, any where v lies on z."""
-    known = v if f.is_fixed(plane_dot(v, v)) else u
-    return turned_to(f, joint, plane_dot(v, u), plane_cross(v, u), plane_dot(known, known), measure)
+    fixed = v if f.is_fixed(plane_dot(v, v)) else u
+    return turned_to(f, joint, plane_dot(v, u), plane_cross(v, u), plane_dot(fixed, fixed), measure)
 
 
 def quadratic(f: Functions, joint: int, a: Scalar, h: Scalar, root: Scalar) -> list[Found]:

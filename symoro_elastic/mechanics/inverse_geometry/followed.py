@@ -39,8 +39,8 @@ def angles_of_followers(is_zero: IsZero, S: Rows, slides: Collection[int]) -> Fo
     size = len({v for row in exact.values() for v in row})
     for joints in combinations(exact, size):
         variables = inverse(is_zero, {j: exact[j] for j in joints})
-        others = (j for j in exact if j not in joints)
-        followers = {j: combination((x, variables[v]) for v, x in exact[j].items()) for j in others if variables}
+        followers_of = (j for j in exact if j not in joints)
+        followers = {j: combination((x, variables[v]) for v, x in exact[j].items()) for j in followers_of if variables}
         if variables and all(j in slides or _is_whole(x) for row in followers.values() for j, x in row.items()):
             return Followed(variables, followers)
     return None
@@ -49,26 +49,26 @@ def angles_of_followers(is_zero: IsZero, S: Rows, slides: Collection[int]) -> Fo
 def inverse(is_zero: IsZero, S: Rows) -> dict[int, Row]:
     """Rows of the inverse of a square S, by its columns; none where it is singular.
 
-    Elimination takes the shortest row first: a gear is one quotient, a coupled wrist is followed from its first joint.
+    The shortest row is eliminated first: a gear is one quotient, a coupled wrist is followed from its first joint.
     """
-    left: dict[int, tuple[Row, Row]] = {j: (row, {j: 1}) for j, row in S.items()}
+    remaining: dict[int, tuple[Row, Row]] = {j: (row, {j: 1}) for j, row in S.items()}
     steps: list[tuple[int, Row, Row]] = []
-    while left:
-        row, x = left.pop(min(left, key=lambda j: len(left[j][0])))
+    while remaining:
+        row, x = remaining.pop(min(remaining, key=lambda j: len(remaining[j][0])))
         if not row:
             return {}
         v = min(row)
         unit = quotient(1, row[v])
-        after, given = combination([(unit, _without(v, row))]), combination([(unit, x)])
-        steps.append((v, after, given))
-        for j, (other, known) in left.items():
+        after, right = combination([(unit, _without(v, row))]), combination([(unit, x)])
+        steps.append((v, after, right))
+        for j, (other, side) in remaining.items():
             factor = -other.get(v, 0)
             reduced = combination([(1, _without(v, other)), (factor, after)])
-            left[j] = _without_zeros(is_zero, reduced), combination([(1, known), (factor, given)])
-    found: dict[int, Row] = {}
+            remaining[j] = _without_zeros(is_zero, reduced), combination([(1, side), (factor, right)])
+    variables: dict[int, Row] = {}
     for v, row, x in reversed(steps):
-        found[v] = combination([(1, x), *((-entry, found[k]) for k, entry in row.items())])
-    return {v: found[v] for v in sorted(found)}
+        variables[v] = combination([(1, x), *((-entry, variables[k]) for k, entry in row.items())])
+    return {v: variables[v] for v in sorted(variables)}
 
 
 def _without(v: int, row: Row) -> Row:

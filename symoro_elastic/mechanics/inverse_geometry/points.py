@@ -66,7 +66,7 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
     if not movers:
         return [()]
     if len(movers) == 1:
-        return [(found,) for found in _with_one(f, movers[0], w, W)]
+        return [(value,) for value in _with_one(f, movers[0], w, W)]
     if len(movers) == 2:
         return list(_with_two(f, movers, between[0], w, W))
     try:
@@ -81,7 +81,7 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
 
 
 def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm) -> NoClosedForm:
-    """Why three joints can be taken neither from the base nor from the end."""
+    """The error for three joints that can be separated neither from the base nor from the end."""
     if ON_A_SURFACE in (first.condition, second.condition):
         reason = f"{names_in_words(movers)} move the point that they have to place on a surface, not in space"
         return NoClosedForm(numbers_of(movers), reason)
@@ -93,7 +93,7 @@ def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm)
 
 def from_other_end(solution: Solution) -> Solution:
     """The values of the same joints, in the order of the chain from its other end."""
-    return tuple(found.from_other_end() for found in reversed(solution))
+    return tuple(value.from_other_end() for value in reversed(solution))
 
 
 def numbers_of(movers: Sequence[Mover]) -> tuple[int, ...]:
@@ -129,10 +129,10 @@ def _with_three(
 ) -> Iterator[Solution]:
     first, *others = movers
     surface = _surface(f, others, between[1], w).seen_from(between[0])
-    for found in onto_surface(f, first, surface, W):
-        G = between[0].point_back(found.point_back(W))
+    for value in onto_surface(f, first, surface, W):
+        G = between[0].point_back(value.point_back(W))
         for pair in _with_two(f, others, between[1], w, G):
-            yield (found, *pair)
+            yield (value, *pair)
 
 
 # One joint onto a surface
@@ -268,8 +268,8 @@ def _turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     if is_along_z(f, w):
         raise _idle(second)
     parallel = is_along_z(f, C.rotation.T[2])
-    for found in (_elbow if parallel else _shoulder)(f, pair, C, w, G):
-        yield type_3(f, first.joint, C.point(found.point(w)), G), found
+    for value in (_elbow if parallel else _shoulder)(f, pair, C, w, G):
+        yield type_3(f, first.joint, C.point(value.point(w)), G), value
 
 
 def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
@@ -279,8 +279,8 @@ def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     if is_along_z(f, p):
         raise NoClosedForm(numbers_of(pair), f"the axes of {names_in_words(pair)} coincide")
     area = heron(f, distance(f, p), distance(f, w), distance(f, G))
-    rest = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
-    return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), rest, area)
+    constant = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
+    return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), constant, area)
 
 
 def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
@@ -314,7 +314,7 @@ def _turn_and_shift(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: 
 
 
 def _lengths(f: Functions, mover: Mover, c: Vector, u: Vector, G: Vector) -> list[Found]:
-    """From r u3 = G3 - c3 or, where u3 = 0, from |c + r u| = |G| in the plane."""
+    """Lengths r of a slide, from r u3 = G3 - c3 or, where u3 = 0, from |c + r u| = |G| in the plane."""
     if is_along_z(f, u):
         if is_along_z(f, c):
             raise NoClosedForm((mover.joint,), f"joint {mover.joint} slides along the axis of its neighbour")

@@ -7,7 +7,7 @@ Dombre 2002, chapter 4), from the base or, as T^-1 is a chain too, from its end:
 - up to three joints, then one to three revolute joints whose axes meet in a point: the former
   place this point, the latter give the orientation;
 - up to three revolute joints, which give the orientation, and up to three prismatic ones among them,
-  of which the position is a linear function;
+  whose positions enter linearly;
 - three revolute joints with parallel axes between one joint and one or two revolute joints: height
   and direction of the parallel axes do not see the three, which are a planar arm.
 
@@ -50,12 +50,14 @@ class Branch(NamedTuple):
 
 
 def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]:
-    """Every position of the joints (rad, m) that places the end of the chain at T (m).
+    """All positions of the joints (rad, m) that place the end of the chain at T (m).
 
     `T` is 0T of the last frame. The measure is the product of the square roots and distances that vanish in
     singular positions (m^k). A solution that does not exist is NaN, its measure too. Raises `NoClosedForm`.
     """
-    _check_number(chain)
+    if len(chain.movers) > 6:
+        reason = f"{len(chain.movers)} joints move: more than six have infinitely many solutions"
+        raise NoClosedForm(numbers_of(chain.movers), reason)
     if len(chain.movers) == 6:
         T = _placement(f, T)
     branches = [_branch(f, solution) for solution in solutions(f, chain, T)]
@@ -63,7 +65,7 @@ def inverse_geometric_model(f: Functions, chain: Chain, T: Pose) -> list[Branch]
 
 
 def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch]:
-    """Every position of up to three joints (rad, m) that brings the origin of the last frame to P (m).
+    """All positions of up to three joints (rad, m) that bring the origin of the last frame to P (m).
 
     Raises `NoClosedForm`.
     """
@@ -73,17 +75,11 @@ def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch
     branches = [_branch(f, solution) for solution in arms_to(f, chain, P)]
     if len(chain.movers) == 3:
         return branches
-    return [_with_origin_put_back(f, chain, P, branch) for branch in branches]
-
-
-def _check_number(chain: Chain) -> None:
-    if len(chain.movers) > 6:
-        reason = f"{len(chain.movers)} joints move: more than six have infinitely many solutions"
-        raise NoClosedForm(numbers_of(chain.movers), reason)
+    return [_only_close(f, branch, [], _end_pose(chain, branch.found).origin - P, P) for branch in branches]
 
 
 def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
-    """What places the end of a chain at T, if anything does.
+    """Solutions that place the end of a chain at T, by the first decomposition that applies.
 
     Raises `NoClosedForm` with the reason of the nearest miss.
     """
@@ -100,12 +96,12 @@ def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
 
 
 def _nearest(reasons: Sequence[NoClosedForm], n: int) -> NoClosedForm:
-    others = [reason for reason in reasons if reason.condition != ORIENTED]
-    return others[-2] if n < 4 else next((reason for reason in others if reason.condition != NO_WRIST), others[0])
+    candidates = [reason for reason in reasons if reason.condition != ORIENTED]
+    return candidates[-2] if n < 4 else next((x for x in candidates if x.condition != NO_WRIST), candidates[0])
 
 
 def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solution]]]:
-    """First orientation where it gives the angles without a square root, and last where it needs one."""
+    """Yield solvers of the chain: by orientation first where it needs no square root, and last where it needs one."""
     n, turns = len(chain.movers), sum(mover.turns for mover in chain.movers)
     if turns < 3:
         yield turns_then_shifts
@@ -120,14 +116,14 @@ def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solu
 def _branch(f: Functions, solution: Solution) -> Branch:
     """A solution and its measure; no joint has a value where the measure has none."""
     measure: Scalar = 1
-    for found in solution:
-        measure = measure * found.measure
-    return Branch(_divided(solution, f.sign(measure + 1)), measure)
+    for value in solution:
+        measure = measure * value.measure
+    return Branch(_valid_where(solution, f.sign(measure + 1)), measure)
 
 
-def _divided(solution: Solution, one: Scalar) -> Solution:
-    """The same solution where `one` is one, none where it is NaN; motions stay as they are."""
-    return tuple(found._replace(variable=found.variable / one) for found in solution)
+def _valid_where(solution: Solution, one: Scalar) -> Solution:
+    """The solution where `one` is one, no values where it is NaN; motions are unchanged."""
+    return tuple(value._replace(variable=value.variable / one) for value in solution)
 
 
 # Is it so?
@@ -143,26 +139,22 @@ def _placement(f: Functions, T: Pose) -> Pose:
 
 def _put_back(f: Functions, chain: Chain, T: Pose, branch: Branch) -> Branch:
     """A branch, without a value where it does not place the end of the chain at T."""
-    found = _placed(chain, branch.found)
-    turns = [x for ours, given in zip(found.rotation, T.rotation, strict=True) for x in ours - given]
-    return _only_close(f, branch, turns, found.origin - T.origin, T.origin)
+    pose = _end_pose(chain, branch.found)
+    turns = [x for ours, given in zip(pose.rotation, T.rotation, strict=True) for x in ours - given]
+    return _only_close(f, branch, turns, pose.origin - T.origin, T.origin)
 
 
-def _with_origin_put_back(f: Functions, chain: Chain, P: Vector, branch: Branch) -> Branch:
-    return _only_close(f, branch, [], _placed(chain, branch.found).origin - P, P)
-
-
-def _placed(chain: Chain, solution: Solution) -> Pose:
+def _end_pose(chain: Chain, solution: Solution) -> Pose:
     pose = chain.between[0]
-    for found, after in zip(solution, chain.between[1:], strict=True):
-        pose = pose.moved(found.motion).then(after)
+    for value, after in zip(solution, chain.between[1:], strict=True):
+        pose = pose.moved(value.motion).then(after)
     return pose
 
 
 def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vector, P: Vector) -> Branch:
     size = 1 + dot(P, P)
     ok = only_where(f, MISSED * MISSED * size - (_squares(turns) * size + _squares(shifts)))
-    return Branch(_divided(branch.found, ok), branch.measure / ok)
+    return Branch(_valid_where(branch.found, ok), branch.measure / ok)
 
 
 def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Branch, followers: Rows) -> Branch:
@@ -170,7 +162,7 @@ def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Bran
 
     `on_circle` gives cosine and sine.
     """
-    x = {found.joint: found.variable for found in branch.found}
+    x = {value.joint: value.variable for value in branch.found}
     for mover in chain.movers:
         if mover.joint in followers:
             away = x[mover.joint] - product(followers[mover.joint], x)

@@ -17,7 +17,7 @@ from symoro_elastic.mechanics.spatial import IDENTITY, ZERO, AxialTransform, Axi
 
 Step: TypeAlias = tuple[AxialTransform, int]
 CUT = 0
-"""Stands for the cut joint among the numbers of joints."""
+"""Number of the cut joint among the numbers of joints."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Circuit:
     segments: tuple[Segment, ...]
 
     def from_joint(self, k: int) -> Circuit:
-        """The same circuit, begun at its unknown joint k."""
+        """The circuit from its unknown joint k on."""
         return Circuit(self.unknown[k:] + self.unknown[:k], self.segments[k:] + self.segments[:k])
 
 
@@ -82,14 +82,14 @@ def circuit(
 
 
 def _without_returns(steps: Iterable[Step]) -> list[Step]:
-    """Steps without those that are taken back at once, as where two branches leave their common body."""
-    kept: list[Step] = []
+    """Steps without pairs that cancel, as where two branches leave their common body."""
+    remaining: list[Step] = []
     for step, sense in steps:
-        if kept and kept[-1] == (step, -sense):
-            kept.pop()
+        if remaining and remaining[-1] == (step, -sense):
+            remaining.pop()
         else:
-            kept.append((step, sense))
-    return kept
+            remaining.append((step, sense))
+    return remaining
 
 
 def _around(

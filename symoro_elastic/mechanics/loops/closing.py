@@ -16,9 +16,9 @@ from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import EZ, ZERO, Axis, Scalar, Twist, Vector, cross, hat_plus_hat_squared
 
 KEPT = {Axis.REVOLUTE: (0, 1, 2, 3, 4), Axis.PRISMATIC: (0, 1, 3, 4, 5), Axis.NONE: (0, 1, 2, 3, 4, 5)}
-"""Rows of v_x v_y v_z w_x w_y w_z that a cut joint keeps from moving."""
+"""Components of v_x v_y v_z w_x w_y w_z that a cut joint constrains."""
 POINT = (0, 1, 2)
-"""Those where only the origins meet."""
+"""Constrained components where only the origins meet."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Branches:
 
     @property
     def reach(self) -> Vector:
-        """From the origin of e to that of m, along a slide that is cut; zero for all others, when closed."""
+        """Displacement from the origin of e to that of m along a cut slide; zero for other cut joints when closed."""
         return -self.seen.frames[self.number[self.cut.e]].origin
 
 
@@ -68,16 +68,16 @@ def branches_of(
         for j in sorted(links)
     )
     part = Mechanism(chain)
-    seen = frame_set(part, number[cut.m] if view is None else number.get(view, 0))
+    views = frame_set(part, number[cut.m] if view is None else number.get(view, 0))
     if pivot is not None:
-        levers = [*seen.levers]
-        levers[number[cut.e]] = _over(seen, number[pivot], number[cut.m], number[cut.e])
-        seen = seen._replace(levers=levers)
-    return Branches(part, number, cut, seen)
+        levers = [*views.levers]
+        levers[number[cut.e]] = _over(views, number[pivot], number[cut.m], number[cut.e])
+        views = views._replace(levers=levers)
+    return Branches(part, number, cut, views)
 
 
 def closing_columns(loop: Branches) -> dict[int, Twist]:
-    """Columns of W by joint: the twist of e relative to m for a unit of each joint's velocity (L10)."""
+    """Columns of W by joint: the twist of e relative to m per unit of joint velocity (L10)."""
     e, m = (loop.number[j] for j in (loop.cut.e, loop.cut.m))
     to_cut, to_end = jacobian(loop.mechanism, loop.seen, e), jacobian(loop.mechanism, loop.seen, m)
     columns = {}
@@ -134,11 +134,11 @@ def _over(seen: FrameSet, pivot: int, m: int, e: int) -> Vector:
 
 def _anchors(seen: FrameSet, k: int) -> list[int]:
     """Links whose levers lead from link k to the last common body."""
-    found = []
+    anchors = []
     while k:
-        found.append(k)
+        anchors.append(k)
         k = seen.anchors[k]
-    return found
+    return anchors
 
 
 def _at_reach(loop: Branches, column: Twist) -> Twist:
@@ -149,7 +149,7 @@ def _at_reach(loop: Branches, column: Twist) -> Twist:
 
 
 def _by_number(loop: Branches, by_joint: Mapping[int, Scalar]) -> list[Scalar]:
-    found: list[Scalar] = [0] * (len(loop.number) + 1)
+    entries: list[Scalar] = [0] * (len(loop.number) + 1)
     for j, k in loop.number.items():
-        found[k] = by_joint.get(j, 0)
-    return found
+        entries[k] = by_joint.get(j, 0)
+    return entries

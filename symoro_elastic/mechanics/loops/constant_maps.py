@@ -2,7 +2,7 @@
 
 Parallelograms are planar loops of four turning corners whose opposite sides are the same expressions. These stay
 parallel, and nothing is divided by what vanishes in the flat position. Constant angles are unit complex numbers: turns
-add up by multiplication. Where all joints turn about one axis, as with a spring beside a motor, one angle takes back
+add up by multiplication. Where all joints turn about the same axis, as with a spring next to a motor, an angle undoes
 the sum of the others: over whole turns too, where an angle from its sine and cosine jumps by one.
 """
 
@@ -43,16 +43,16 @@ def parallelogram(
     `loop` passes all its joints as unknown ones, `angles` are those of the others; `angle_of` gives the angle of a
     constant turn. Where t_k is the turn at the corner after side k, t_k + t_(k+1) is constant.
     """
-    found = _polygon(loop)
-    if found is None or len(found) != 4:
+    polygon = _polygon(loop)
+    if polygon is None or len(polygon) != 4:
         return None
-    sides, corners = zip(*found, strict=True)
+    sides, corners = zip(*polygon, strict=True)
     constants = [_from_opposite(sides[k], sides[k - 2]) for k in range(4)]
-    known = [k for k, corner in enumerate(corners) if all(j in angles and j not in unknown for j, _ in corner.joints)]
+    given = [k for k, corner in enumerate(corners) if all(j in angles and j not in unknown for j, _ in corner.joints)]
     single = [k for k, corner in enumerate(corners) if len(corner.joints) == 1]
-    if None in constants or len(known) != 1 or {*known, *single} != set(range(4)):
+    if None in constants or len(given) != 1 or {*given, *single} != set(range(4)):
         return None
-    (first,) = known
+    (first,) = given
     angle = sum_of(sense * angles[j] for j, sense in corners[first].joints)
     turn = corners[first].turn
     solved: dict[int, Scalar] = {}
@@ -73,18 +73,18 @@ def _polygon(loop: Circuit) -> list[tuple[Side, Corner]] | None:
     if None in lengths or not long:
         return None
     loop = loop.from_joint((long[0] + 1) % len(loop.unknown))
-    found: list[tuple[Side, Corner]] = []
+    polygon: list[tuple[Side, Corner]] = []
     mirrored = 1
     for k, joint in enumerate(loop.unknown):
         segment = loop.segments[k - 1]
         side = _side(segment, mirrored)
         if side is not None and not is_zero(side.length):
-            found.append((side, Corner()))
-        corner, rotation = found[-1][1], segment.frame.rotation
+            polygon.append((side, Corner()))
+        corner, rotation = polygon[-1][1], segment.frame.rotation
         corner.turn = corner.turn * Complex(rotation.x.x, mirrored * rotation.y.x)
         mirrored *= 1 if rotation.z.z == 1 else -1
         corner.joints.append((joint.joint, mirrored * joint.sense))
-    return found if mirrored == 1 else None
+    return polygon if mirrored == 1 else None
 
 
 def _side(segment: Segment, mirrored: int) -> Side | None:

@@ -21,14 +21,14 @@ from symoro_elastic.mechanics.spatial import Axis, Matrix, Scalar, Vector
 def closed_in_space(f: Functions, loop: Circuit, at_point: bool) -> list[Closed]:
     """Return the unknown joints of a loop in every position that closes it (L9). Raises `NoClosedForm`."""
     if not at_point:
-        return [_closed(loop, solution, {}) for solution in _to_frame(f, loop)]
+        return [_closed_form(loop, solution, {}) for solution in _to_frame(f, loop)]
     loop = loop.from_joint(next(k for k, joint in enumerate(loop.unknown) if joint.joint == CUT))
     ball = _pose(f, loop.segments[0]).inverse().origin
     sides = {joint.joint: ball for joint in loop.unknown[1:2]}
-    return [_closed(loop, solution, sides) for solution in _to_ball(f, loop, ball)]
+    return [_closed_form(loop, solution, sides) for solution in _to_ball(f, loop, ball)]
 
 
-def _closed(loop: Circuit, solution: Solution, sides: Mapping[int, Vector]) -> Closed:
+def _closed_form(loop: Circuit, solution: Solution, sides: Mapping[int, Vector]) -> Closed:
     passed = {joint.joint: joint for joint in loop.unknown}
     turns, slides = dict[int, Complex](), dict[int, Scalar]()
     for joint, _, motion, _ in solution:
@@ -36,7 +36,7 @@ def _closed(loop: Circuit, solution: Solution, sides: Mapping[int, Vector]) -> C
             turns[joint] = Complex(motion.cosine, passed[joint].sense * motion.sine)
         else:
             slides[joint] = passed[joint].sense * motion.shift
-    return Closed(turns, slides, sides, {found.joint: found.measure for found in solution})
+    return Closed(turns, slides, sides, {joint.joint: joint.measure for joint in solution})
 
 
 def _to_ball(f: Functions, loop: Circuit, ball: Vector) -> list[Solution]:
@@ -67,8 +67,8 @@ def _pose(f: Functions, segment: Segment) -> Pose:
     """The displacement along a segment, its numbers exact."""
 
     def exact(x: Scalar) -> Scalar:
-        known = 0 if f.is_zero(x) else x
-        return Fraction(known) if isinstance(known, int) else known
+        number = 0 if f.is_zero(x) else x
+        return Fraction(number) if isinstance(number, int) else number
 
     rotation, origin = segment.frame
     return Pose(Matrix(*(Vector(*map(exact, row)) for row in rotation)), Vector(*map(exact, origin)))

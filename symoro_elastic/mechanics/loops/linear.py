@@ -29,7 +29,7 @@ def _by_cofactors(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
             solutions.append(_zeros(len(W)))
             continue
         replaced = ([*W[:k], column, *W[k + 1 :]] for k in range(len(W)))
-        solutions.append([determinant(one) * inverse for one in replaced])
+        solutions.append([determinant(matrix) * inverse for matrix in replaced])
     return solutions
 
 
@@ -51,22 +51,22 @@ def determinant(columns: Sequence[Column]) -> Scalar:
 def _by_orthogonal_columns(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
     """Modified Gram-Schmidt without roots: columns and right sides lose their parts along each column in turn."""
     n = len(W)
-    left, sides = [list(column) for column in W], [list(column) for column in right]
+    columns, sides = [list(column) for column in W], [list(column) for column in right]
     along = [_zeros(n) for _ in range(n)]
-    found = [_zeros(n) for _ in sides]
+    solutions = [_zeros(n) for _ in sides]
     for k in range(n):
-        inverse = quotient(1, _dot(left[k], left[k]))
+        inverse = quotient(1, _dot(columns[k], columns[k]))
         for j in range(k + 1, n):
-            along[k][j] = part = _dot(left[k], left[j]) * inverse
-            left[j] = _without(left[j], part, left[k])
+            along[k][j] = part = _dot(columns[k], columns[j]) * inverse
+            columns[j] = _without(columns[j], part, columns[k])
         for m, side in enumerate(sides):
-            found[m][k] = part = _dot(left[k], side) * inverse
-            sides[m] = _without(side, part, left[k])
-    for x in found:
+            solutions[m][k] = part = _dot(columns[k], side) * inverse
+            sides[m] = _without(side, part, columns[k])
+    for x in solutions:
         for k in reversed(range(n)):
             for j in range(k + 1, n):
                 x[k] = x[k] - along[k][j] * x[j]
-    return found
+    return solutions
 
 
 def _zeros(n: int) -> Column:

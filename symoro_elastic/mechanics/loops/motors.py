@@ -50,7 +50,7 @@ def _as_many_as_freedoms(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, R
 
 
 def shared_torques(rows: Mapping[int, Row], kept: Sequence[int], tau: Vector, shares: Vector) -> Vector:
-    """Torques of all motors that do what torques of the `kept` ones do, in the least sum of tau^2 / share (L31).
+    """Torques of all motors equivalent to those of the `kept` ones, with the least sum of tau^2 / share (L31).
 
     `rows` are those of S_m of all motors; those of the kept ones span them.
     """

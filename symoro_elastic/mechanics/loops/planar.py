@@ -157,18 +157,18 @@ def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
 def _with_two_slides(loop: Circuit) -> Closed:
     """A turn by all other turns of the loop, and w + s1 n1 + s2 n2 = 0."""
     turn, first, second = loop.unknown
-    one, two, three = loop.segments
-    whole = (one + two + three).frame
-    n1, n2 = _in_plane(one.frame.rotation.T.z), _in_plane((one + two).frame.rotation.T.z)
-    w, between = _in_plane(whole.origin), area(n1, n2)
+    first_side, second_side, third_side = loop.segments
+    around = (first_side + second_side + third_side).frame
+    n1, n2 = _in_plane(first_side.frame.rotation.T.z), _in_plane((first_side + second_side).frame.rotation.T.z)
+    w, between = _in_plane(around.origin), area(n1, n2)
     slides = {first.joint: quotient(-first.sense * area(w, n2), between)}
     slides |= {second.joint: quotient(second.sense * area(w, n1), between)}
-    angle = Complex(whole.rotation.x.x, whole.rotation.x.y)
+    angle = Complex(around.rotation.x.x, around.rotation.x.y)
     return Closed({turn.joint: _of_joint(turn, angle)}, slides, {turn.joint: w})
 
 
 def _with_one_unknown(loop: Circuit) -> Closed:
-    """A turn, or a slide, that takes back what all others of the loop do, in space too."""
+    """Closed form of a single unknown turn or slide, which undoes all other joints of the loop, in space too."""
     (joint,), frame = loop.unknown, loop.segments[0].frame
     if joint.axis is Axis.PRISMATIC:
         return Closed({}, {joint.joint: -joint.sense * frame.origin.z})
@@ -186,5 +186,5 @@ def _seen_from_end(segment: Segment, v: Complex) -> Complex:
 
 
 def _of_joint(joint: Passed, turn: Complex) -> Complex:
-    """The turn in the joint's own sense."""
+    """The turn in the sense of the joint."""
     return turn if joint.sense > 0 else turn.conjugate

@@ -3,7 +3,7 @@
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.axes import Axis
 from symoro_elastic.mechanics.spatial.inertias import ArticulatedInertia, Outer, RigidInertia, rotated_matrix
-from symoro_elastic.mechanics.spatial.transforms import AxialTransform, Rotation, Transform, translation
+from symoro_elastic.mechanics.spatial.transforms import AxialTransform, Rotation, Transform, roll_pitch_yaw, translation
 from symoro_elastic.mechanics.spatial.twists import AT_REST, NO_WRENCH, SpatialVector, Twist, Wrench
 from symoro_elastic.mechanics.spatial.vectors import (
     ENTRY,
@@ -54,6 +54,7 @@ __all__ = [
     "dot",
     "hat_plus_hat_squared",
     "is_zero",
+    "roll_pitch_yaw",
     "rotated_matrix",
     "translation",
 ]

@@ -31,7 +31,7 @@ class Axis(Enum):
 
     @property
     def T(self) -> TransposedAxis:
-        """The transpose, which takes the component along the joint."""
+        """The transpose, which selects the component along the joint."""
         return TransposedAxis(self)
 
     def with_entry(self, V: S, along: Scalar) -> S:

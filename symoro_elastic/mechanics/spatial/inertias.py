@@ -22,7 +22,7 @@ class RigidInertia:
 
     @classmethod
     def about_center(cls, mass: Scalar, center: Vector, inertia: Symmetric) -> RigidInertia:
-        """From the centre of mass and the inertia about it, by the parallel-axis theorem."""
+        """The inertia of a body from its centre of mass and the inertia about it, by the parallel-axis theorem."""
         (x, y, z), (mx, my, mz) = center, mass * center
         xx, xy, xz, yy, yz, zz = inertia
         xm, ym, zm = x * mx, y * my, z * mz
@@ -44,11 +44,11 @@ class RigidInertia:
         """The same body, described in the antecedent frame."""
         body = self
         for step in reversed(transform.steps):
-            body = body._translated(step)
+            body = body._translate(step)
             body = RigidInertia(body.mass, step.rotate(body.moments), _rotated_symmetric(step, body.inertia))
         return body
 
-    def _translated(self, step: AxialTransform) -> RigidInertia:
+    def _translate(self, step: AxialTransform) -> RigidInertia:
         """Parallel-axis theorem along a coordinate axis."""
         i, j = step.plane
         k, shift = step.axis, step.shift
@@ -87,16 +87,13 @@ class ArticulatedInertia:
 
     def __mul__(self, V: Twist | Axis) -> Wrench:
         """The wrench that gives this inertia an acceleration V, or a unit acceleration along a joint."""
+        if V is Axis.REVOLUTE:
+            return Wrench(self.B.T[Z], self.D.full[Z])
         if isinstance(V, Axis):
-            return self._column(V)
+            return Wrench(self.A.full[Z], self.B[Z])
         v, w = V
         force = self.A * v + self.B * w
         return Wrench(force, self.B.T * v + self.D * w)
-
-    def _column(self, axis: Axis) -> Wrench:
-        if axis is Axis.REVOLUTE:
-            return Wrench(self.B.T[Z], self.D.full[Z])
-        return Wrench(self.A.full[Z], self.B[Z])
 
     @property
     def rows(self) -> list[tuple[Scalar, ...]]:
@@ -129,7 +126,7 @@ class ArticulatedInertia:
         """The congruence jTi^T K jTi, step by step; rotated before it is translated, K keeps its zeros longer."""
         moved = self
         for step in reversed(transform.steps):
-            moved = moved._rotated_back(step)._translated(step)
+            moved = moved._rotated_back(step)._translate(step)
         return moved
 
     def rotated_back(self, rotation: Rotation) -> ArticulatedInertia:
@@ -140,7 +137,7 @@ class ArticulatedInertia:
         A, B = _rotated_symmetric(step, self.A), rotated_matrix(step, self.B)
         return ArticulatedInertia(A, B, _rotated_symmetric(step, self.D))
 
-    def _translated(self, step: AxialTransform) -> ArticulatedInertia:
+    def _translate(self, step: AxialTransform) -> ArticulatedInertia:
         """Translation by p along a coordinate axis: B - A hat(p), D + (hat(p) B)^T + hat(p) (B - A hat(p))."""
         i, j = step.plane
         k, p = step.axis, step.shift

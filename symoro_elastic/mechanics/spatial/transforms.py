@@ -6,7 +6,7 @@ costs a few planar rotations instead of products of full matrices. With jAi and 
 
     jTi = [[jAi, -jAi hat(iPj)], [0, jAi]]                                              [5]
 
-takes a twist from frame i to frame j, and its transpose a wrench from frame j to frame i.
+maps a twist from frame i to frame j, and its transpose a wrench from frame j to frame i.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from symoro_elastic.mechanics.spatial.twists import SpatialVector, Twist, Wrench
 from symoro_elastic.mechanics.spatial.vectors import ZERO, Matrix, Vector, X, Z, is_zero
 
 Block = tuple[Scalar, Scalar, Scalar, Scalar]
+Turn = tuple[Scalar, Scalar]
 S = TypeVar("S", bound=SpatialVector)
 
 
@@ -136,7 +137,7 @@ class Transform:
 
     @property
     def T(self) -> TransposedTransform:
-        """The transpose, which takes wrenches from frame j to frame i."""
+        """The transpose, which maps wrenches from frame j to frame i."""
         return TransposedTransform(self)
 
     def after(self, first: Transform) -> Transform:
@@ -202,3 +203,9 @@ def translation(v: Vector) -> Transform:
     x, y, z = v
     steps = ((Z, 0, 1, z), (X, 1, 0, y), (Z, 0, -1, 0), (X, 1, 0, x))
     return transform(AxialTransform(*step) for step in steps)
+
+
+def roll_pitch_yaw(roll: Turn, pitch: Turn, yaw: Turn) -> Transform:
+    """Rot(z, yaw) Rot(y, pitch) Rot(x, roll), angles as cosine and sine; y is z between two quarter turns about x."""
+    turns = ((Z, *yaw), (X, 0, -1), (Z, *pitch), (X, 0, 1), (X, *roll))
+    return transform(AxialTransform(*turn, 0) for turn in turns)

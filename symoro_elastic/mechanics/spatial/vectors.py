@@ -1,4 +1,4 @@
-"""Vectors and matrices of three dimensions; the exact integers 0 and 1 stand for structure."""
+"""Vectors and matrices of three dimensions; the exact integers 0 and 1 denote structure."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Symmetric(NamedTuple):
 
     @property
     def full(self) -> Matrix:
-        """All nine entries."""
+        """The full 3 x 3 matrix."""
         xx, xy, xz, yy, yz, zz = self
         return Matrix(Vector(xx, xy, xz), Vector(xy, yy, yz), Vector(xz, yz, zz))
 

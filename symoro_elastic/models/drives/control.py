@@ -26,45 +26,45 @@ from symoro_elastic.machine.drives import TUNED, Average, Drive, Filter, LowPass
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.model import Joints, Model, Result, Results
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import Joints, Model, Result, Results
 from symoro_elastic.symbolic.functions import amount, clamp, cosine_sine, square_root
 from symoro_elastic.symbolic.program import Section
 
 CONTROL, START = "control", "control_start"
 FAMILY = "controllers"
 WHOLE = 1e-6
-"""Of a time: how far it may be from a whole number of periods."""
+"""Relative deviation of a time from an integer number of periods that counts as rounding."""
 MOST_SAMPLES = 4096
-"""Of a mean: each is a state of the controller."""
+"""Maximum number of samples of a mean, which are states of the controller."""
 
 
 def sampled_drives(machine: Machine) -> dict[int, Drive]:
     """Return the drives of all motors, by joint; raises `InputError` unless all have gains and one period."""
-    known, found = drives_of(machine).by_motor, {}
+    configured, drives = drives_of(machine).by_motor, {}
     for j in machine.motors:
         name = machine.joint(j).name
-        if name not in known:
+        if name not in configured:
             raise machine.error(f"drives, {name}", "is missing: controllers are written of all motors together")
-        one = known[name]
-        if sought := [key for key in ("Kp", "Tn", "Kv") if getattr(one, key) is TUNED]:
+        drive = configured[name]
+        if missing := [key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED]:
             what = f'"{TUNED}" is not known yet: find it by control --save'
-            raise machine.error(f"drives, {name}, {', '.join(sought)}", what)
-        if one.period is None:
+            raise machine.error(f"drives, {name}, {', '.join(missing)}", what)
+        if drive.period is None:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"
             raise machine.error(f"drives, {name}, period", what)
-        found[j] = one
-    if not found:
+        drives[j] = drive
+    if not drives:
         raise machine.error("drives", "the machine has no motor")
-    periods = {machine.joint(j).name: _numbers(machine, j, one)["period"] for j, one in found.items()}
+    periods = {machine.joint(j).name: _numbers(machine, j, drive)["period"] for j, drive in drives.items()}
     if len({*periods.values()}) > 1:
         shown = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
         raise machine.error("drives, period", f"{shown}: sampled drives have one period")
-    return found
+    return drives
 
 
 def samples_of_mean(time: float, period: float) -> tuple[int, str]:
-    """Return the number of samples of a moving average over a time, s, and what is wrong with it, if anything is."""
+    """Return the number of samples of a moving average over a time, s, and an error message, empty for a valid time."""
     if time > MOST_SAMPLES * period * (1 + WHOLE):
         return 0, f"{time:g} s are more than {MOST_SAMPLES} periods of {period:g} s: give less, or take lowpass"
     samples = max(round(time / period), 1)
@@ -76,94 +76,84 @@ def samples_of_mean(time: float, period: float) -> tuple[int, str]:
 def _numbers(machine: Machine, j: int, drive: Drive) -> dict[str, float]:
     """Return the numbers of a drive by their keys, for the values of parameters in the file; raises `InputError`."""
     values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    found = {}
+    numbers = {}
     for key, formula in drive.formulas:
         try:
-            found[key] = float(formula.value(values))
-            reason = why_wrong(key, found[key])
+            numbers[key] = float(formula.value(values))
+            reason = why_wrong(key, numbers[key])
         except FormulaError as error:
             reason = str(error)
         if reason:
             raise machine.error(f"drives, {machine.joint(j).name}, {key}", reason)
-    half = 1 / (2 * found["period"])
-    for key, f in found.items():
+    half = 1 / (2 * numbers["period"])
+    for key, f in numbers.items():
         if key.endswith("frequency") and f >= half:
             what = f"{f:g} Hz is not below half the sampling rate, {half:g} Hz: give a lower one"
             raise machine.error(f"drives, {machine.joint(j).name}, {key}", what)
-    if found.get("limits, windup", found["period"]) < found["period"]:
-        what = f"{found['limits, windup']:g} s is below the period, {found['period']:g} s: give more"
+    if numbers.get("limits, windup", numbers["period"]) < numbers["period"]:
+        what = f"{numbers['limits, windup']:g} s is below the period, {numbers['period']:g} s: give more"
         raise machine.error(f"drives, {machine.joint(j).name}, limits, windup", what)
-    return found
+    return numbers
 
 
 @dataclass
 class _Memory:
-    """The states of the controller of joint j: names, what they are, values a period later, values at rest."""
+    """The states of the controller of joint j: names, labels, values after one period, values at rest."""
 
     bound: Bound
     j: int
     names: list[str] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
     later: list[Scalar] = field(default_factory=list)
-    rest: list[Scalar] = field(default_factory=list)
+    at_rest: list[Scalar] = field(default_factory=list)
 
-    def state(self, label: str, rest: Scalar) -> Scalar:
-        """Return a new state; its value a period later is to be added in the same order."""
+    def state(self, label: str, at_rest: Scalar) -> Scalar:
+        """Return a new state; its value a period later is to be appended to `later` in the same order."""
         self.names.append(f"zc{self.j}_{len(self.names) + 1}")
         self.labels.append(f"{self.bound.machine.joint(self.j).name}.{label}")
-        self.rest.append(rest)
+        self.at_rest.append(at_rest)
         return self.bound.graph.symbol(self.names[-1])
 
 
 @dataclass(frozen=True)
 class _Coefficients:
-    """Of a filter over samples, y = b0 x + b1 x_1 + b2 x_2 - a1 y_1 - a2 y_2; of order 1 without b2 and a2."""
+    """Coefficients of a sampled filter y = b0 x + b1 x_1 + b2 x_2 - a1 y_1 - a2 y_2; order 1 has no b2 and a2."""
 
     b: tuple[Scalar, ...]
     a: tuple[Scalar, ...]
 
-    def of(self, memory: _Memory, label: str, x: Scalar, rest: Scalar) -> Scalar:
-        """Return y, with what it keeps; `rest` is x where it is constant, and so is y."""
-        kept: list[Scalar] = []
+    def of(self, memory: _Memory, label: str, x: Scalar, at_rest: Scalar) -> Scalar:
+        """Return y, and add the states of the filter; `at_rest` is the constant value of x and y at rest."""
+        states: list[Scalar] = []
         for k in range(len(self.a)):
-            above = sum((self.b[i + 1] - self.a[i] for i in range(k, len(self.a))), start=0 * rest)
-            kept.append(memory.state(f"{label}_{k + 1}", above * rest))
-        y = self.b[0] * x + kept[0]
-        behind = [*kept[1:], 0]
-        memory.later += [b * x - a * y + z for b, a, z in zip(self.b[1:], self.a, behind, strict=True)]
+            above = sum((self.b[i + 1] - self.a[i] for i in range(k, len(self.a))), start=0 * at_rest)
+            states.append(memory.state(f"{label}_{k + 1}", above * at_rest))
+        y = self.b[0] * x + states[0]
+        next_states = [*states[1:], 0]
+        memory.later += [b * x - a * y + z for b, a, z in zip(self.b[1:], self.a, next_states, strict=True)]
         return y
 
 
-def _coefficients(bound: Bound, one: Filter, period: Scalar) -> _Coefficients:
+def _coefficients(bound: Bound, section: Filter, period: Scalar) -> _Coefficients:
     """Return a filter by Tustin's rule with k = tan(pi f T)."""
-    cosine, sine = cosine_sine(bound.graph, bound.graph.pi * (bound.cell(one.frequency) * period))
-    k = _exact(sine) / cosine
-    if isinstance(one, LowPass) and one.order == 1:
+    cosine, sine = cosine_sine(bound.graph, bound.graph.pi * (bound.cell(section.frequency) * period))
+    k: Scalar = (Fraction(sine) if isinstance(sine, int) else sine) / cosine
+    if isinstance(section, LowPass) and section.order == 1:
         b, a = k / (1 + k), (k - 1) / (1 + k)
         return _Coefficients((b, b), (a,))
-    zeros, poles = _damping(bound, one)
+    zeros: Scalar = 2 * bound.cell(section.depth) if isinstance(section, Notch) else 0  # twice the damping ratio
+    poles: Scalar = 2 * bound.cell(section.width) if isinstance(section, Notch) else square_root(bound.graph, 2)
     below = 1 + poles * k + k * k
     a1, a2 = 2 * (k * k - 1) / below, (1 - poles * k + k * k) / below
-    if isinstance(one, LowPass):
+    if isinstance(section, LowPass):
         b = k * k / below
         return _Coefficients((b, 2 * b, b), (a1, a2))
     return _Coefficients(((1 + zeros * k + k * k) / below, a1, (1 - zeros * k + k * k) / below), (a1, a2))
 
 
-def _exact(x: Scalar) -> Scalar:
-    return Fraction(x) if isinstance(x, int) else x
-
-
-def _damping(bound: Bound, one: Filter) -> tuple[Scalar, Scalar]:
-    """Return twice the damping ratios of zeros and poles."""
-    if isinstance(one, Notch):
-        return 2 * bound.cell(one.depth), 2 * bound.cell(one.width)
-    return 0, square_root(bound.graph, 2)
-
-
 @dataclass(frozen=True)
 class _Controller:
-    """The controller of one motor: its set point of torque, and its states."""
+    """The controller of a motor: its set point of torque, and its states."""
 
     u: Scalar
     memory: _Memory
@@ -172,8 +162,8 @@ class _Controller:
 class _Law:
     """The equations of the controller of joint j."""
 
-    def __init__(self, bound: Bound, j: int, drive: Drive, given: Mapping[str, Scalar]) -> None:
-        self.bound, self.j, self.drive, self.given = bound, j, drive, given
+    def __init__(self, bound: Bound, j: int, drive: Drive, signals: Mapping[str, Scalar]) -> None:
+        self.bound, self.j, self.drive, self.given = bound, j, drive, signals
         self.Kv, self.Kp, self.Tn = (
             bound.cell(x) if isinstance(x, Formula) else 1 for x in (drive.Kv, drive.Kp, drive.Tn)
         )
@@ -184,19 +174,19 @@ class _Law:
 
     def controller(self) -> _Controller:
         """Return the set point of the torque, and the states."""
-        bound, drive, given = self.bound, self.drive, self.given
+        bound, drive, signals = self.bound, self.drive, self.given
         rf, rfd, rfdd = self._set_points()
-        e = self._named(self.Kv * (rf - given["measured"]) + rfd - given["speed"], "ev")
+        e = self._give_name(self.Kv * (rf - signals["measured"]) + rfd - signals["speed"], "ev")
         integral = None if drive.Tn is None else self.memory.state("integral", 0)
         where = len(self.memory.later)
-        xi = 0 if integral is None else self._named(integral + self.period * e, "xi")
-        tau_u = self._named(self.Kp * (e + xi / self.Tn) + rfdd + given["tau"], "tauu")
-        tau_f = self._filtered(tau_u)
+        xi = 0 if integral is None else self._give_name(integral + self.period * e, "xi")
+        tau_u = self._give_name(self.Kp * (e + xi / self.Tn) + rfdd + signals["tau"], "tauu")
+        tau_f = self._filter_torque(tau_u)
         u, limits = tau_f, self._limits()
         for limit in limits:
             u = clamp(bound.graph, u, -limit, limit)
         if limits:
-            u = self._named(u, "taul")
+            u = self._give_name(u, "taul")
         if integral is not None:
             if limits:
                 Tt = self.Tn if drive.windup is None else bound.cell(drive.windup)
@@ -205,48 +195,48 @@ class _Law:
         return _Controller(u, self.memory)
 
     def _limits(self) -> list[Scalar]:
-        """Return the limits of the torque: its own, and that of the current times Kt of the joint's axis."""
+        """Return the limits of the torque: the torque limit, and the current limit times Kt of the joint's axis."""
         bound, drive = self.bound, self.drive
-        found = [] if drive.torque_limit is None else [bound.cell(drive.torque_limit)]
+        limits = [] if drive.torque_limit is None else [bound.cell(drive.torque_limit)]
         if drive.current_limit is not None:
             constant = bound.cell(bound.machine.joint(self.j).reflected_electrics.torque_constant)
-            found.append(amount(bound.graph, constant) * bound.cell(drive.current_limit))
-        return found
+            limits.append(amount(bound.graph, constant) * bound.cell(drive.current_limit))
+        return limits
 
     def _set_points(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Return rf, and the shares kfv rfd and kfa rfdd; each has a filter of its own, where its share is not zero."""
+        """Return rf, kfv rfd and kfa rfdd behind their own filters, which vanish where the gain is zero."""
         bound, drive = self.bound, self.drive
         shares = (1, bound.cell(drive.velocity_forward), bound.cell(drive.acceleration_forward))
-        found: list[Scalar] = []
+        set_points: list[Scalar] = []
         for name, share in zip(("r", "rd", "rdd"), shares, strict=True):
             x = self.given[name]
             if isinstance(drive.set_point, Average):
                 x = self._mean(name, x) if share != 0 else x
             elif drive.set_point and share != 0:
                 x = _coefficients(bound, drive.set_point, self.period).of(self.memory, name, x, x)
-            found.append(share * x)
-        return found[0], found[1], found[2]
+            set_points.append(share * x)
+        return set_points[0], set_points[1], set_points[2]
 
     def _mean(self, name: str, x: Scalar) -> Scalar:
-        """Return the mean of the samples of a time, which are kept."""
+        """Return the moving average of x, whose past samples are states."""
         time, period = self.numbers["set_point, average"], self.numbers["period"]
         samples, wrong = samples_of_mean(time, period)
         if wrong:
             place = f"drives, {self.bound.machine.joint(self.j).name}, set_point, average"
             raise self.bound.machine.error(place, wrong)
-        kept = [self.memory.state(f"{name}_{k}", x) for k in range(1, samples)]
-        self.memory.later += [x, *kept[:-1]] if kept else []
-        return sum(kept, start=x) * Fraction(1, samples)
+        past = [self.memory.state(f"{name}_{k}", x) for k in range(1, samples)]
+        self.memory.later += [x, *past[:-1]] if past else []
+        return sum(past, start=x) * Fraction(1, samples)
 
-    def _filtered(self, tau_u: Scalar) -> Scalar:
-        """Return the torque behind its filters; at rest it is what is fed forward."""
-        rest = self.given["tau"] + self.bound.cell(self.drive.acceleration_forward) * self.given["rdd"]
-        for k, one in enumerate(self.drive.filters, start=1):
-            of = _coefficients(self.bound, one, self.period)
-            tau_u = self._named(of.of(self.memory, f"filter{k}", tau_u, rest), f"tauf{k}x")
+    def _filter_torque(self, tau_u: Scalar) -> Scalar:
+        """Return the filtered torque; at rest it is the feed-forward torque."""
+        at_rest = self.given["tau"] + self.bound.cell(self.drive.acceleration_forward) * self.given["rdd"]
+        for k, section in enumerate(self.drive.filters, start=1):
+            of = _coefficients(self.bound, section, self.period)
+            tau_u = self._give_name(of.of(self.memory, f"filter{k}", tau_u, at_rest), f"tauf{k}x")
         return tau_u
 
-    def _named(self, x: Scalar, letters: str) -> Scalar:
+    def _give_name(self, x: Scalar, letters: str) -> Scalar:
         name = f"{letters}{self.j}" if not letters.endswith("x") else f"{letters[:-2]}{self.j}_{letters[-2]}"
         self.bound.names.give(x, name, Section("Controller", self.j, "(D6)"))
         return x
@@ -259,32 +249,32 @@ def _controllers(bound: Bound) -> Iterator[_Controller]:
     """Yield the controllers of all motors, in their order."""
     entries = bound.arguments()
     for k, (j, drive) in enumerate(sampled_drives(bound.machine).items()):
-        given = {name: bound.graph.symbol(entries[name][k]) for name in GIVEN}
-        yield _Law(bound, j, drive, given).controller()
+        signals = {name: bound.graph.symbol(entries[name][k]) for name in GIVEN}
+        yield _Law(bound, j, drive, signals).controller()
 
 
 def _control(bound: Bound, _: Joints) -> Results:
-    found = [*_controllers(bound)]
-    later = [x for one in found for x in one.memory.later]
+    controllers = [*_controllers(bound)]
+    later = [x for controller in controllers for x in controller.memory.later]
     return {
-        "u": Result(bound.motors, tuple(one.u for one in found)),
-        "zc_next": Result(None, tuple(later), (len(later),), column_labels=_labels(found)),
+        "u": Result(bound.motors, tuple(controller.u for controller in controllers)),
+        "zc_next": Result(None, tuple(later), (len(later),), column_labels=_labels(controllers)),
     }
 
 
 def _start(bound: Bound, _: Joints) -> Results:
-    found = [*_controllers(bound)]
-    rest = [x for one in found for x in one.memory.rest]
-    return {"zc": Result(None, tuple(rest), (len(rest),), column_labels=_labels(found))}
+    controllers = [*_controllers(bound)]
+    at_rest = [x for controller in controllers for x in controller.memory.at_rest]
+    return {"zc": Result(None, tuple(at_rest), (len(at_rest),), column_labels=_labels(controllers))}
 
 
-def _labels(found: Sequence[_Controller]) -> tuple[str, ...]:
-    return tuple(label for one in found for label in one.memory.labels)
+def _labels(controllers: Sequence[_Controller]) -> tuple[str, ...]:
+    return tuple(label for controller in controllers for label in controller.memory.labels)
 
 
 def _arguments(bound: Bound, _: Results) -> dict[str, tuple[str, ...]]:
-    entries, found = bound.arguments(), [*_controllers(bound)]
-    return {name: entries[name] for name in GIVEN} | {"zc": tuple(x for one in found for x in one.memory.names)}
+    states = tuple(x for controller in _controllers(bound) for x in controller.memory.names)
+    return {name: bound.arguments()[name] for name in GIVEN} | {"zc": states}
 
 
 CONTROLLERS = (

@@ -8,8 +8,8 @@
     L T'    = sat(U) - R T - Ke' xd,   U = kp (tau_w - T + X) + share Ke' xd
     X'      = (tau_w - T)/ti + (sat(U) - U)/(kp Tt)            current i, voltage u: T = Kt n i, U = Kt n u        (D5)
 
-In (I - g T) x = r a chain answers an error e and a velocity xd with C e - Y xd + rho: transfer functions at s = 1/g,
-and what the right side of its states leaves. So a drive is a servo with the gains kd = C + Y, kp = Kv C there (D7), and
+In (I - g T) x = r a chain responds to an error e and a velocity xd with C e - Y xd + rho: transfer functions at
+s = 1/g, and a term of the right side of its states. So a drive is a servo with gains kd = C + Y, kp = Kv C (D7), and
 a push rho (D8). A limit has a slope of 1 within, of 0 beyond. It couples the integral part with the filters, whose own
 transfer function at 1/g is F:
 
@@ -34,7 +34,7 @@ Scalars = list[Scalar]
 
 @dataclass(frozen=True)
 class Block:
-    """z' = A z + B u, y = C z + D u of one input, one output and one or two states, with names of these."""
+    """Linear system z' = A z + B u, y = C z + D u with a single input and output, and one or two named states."""
 
     names: tuple[str, ...]
     A: tuple[tuple[Scalar, ...], ...]
@@ -73,7 +73,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Limit:
-    """The limit `level` of a signal f, and 1/Tt of the integral part that gives way there."""
+    """The limit `level` of a signal f, and 1/Tt of the back-calculation of the integral part."""
 
     graph: Graph
     level: Scalar
@@ -81,9 +81,9 @@ class Limit:
 
     def beyond(self, f: Scalar) -> Scalar:
         """Return sat(f) - f."""
-        return self.kept(f) - f
+        return self.saturate(f) - f
 
-    def kept(self, f: Scalar) -> Scalar:
+    def saturate(self, f: Scalar) -> Scalar:
         """Return sat(f)."""
         return clamp(self.graph, f, -self.level, self.level)
 
@@ -93,7 +93,7 @@ class Limit:
 
 
 class Inputs(NamedTuple):
-    """Set point and its rates, position and velocity of the motor, torque that is added behind the controller."""
+    """Set point and its rates, position and velocity of the motor, torque added after the controller."""
 
     r: Scalar
     rd: Scalar
@@ -104,7 +104,7 @@ class Inputs(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Slopes of the limits of a drive: of its torque, and of the voltage; 1 where there is none."""
+    """Slopes of the limits of torque and voltage of a drive; 1 where it has no such limit."""
 
     torque: Scalar = 1
     voltage: Scalar = 1
@@ -138,18 +138,18 @@ class Winding:
     def rates(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalars:
         """Return T' and X'."""
         block, of_velocity = self.linear(1)
-        found = [x + b * xd for x, b in zip(block.rates(z, wanted), of_velocity, strict=True)]
+        rates = [x + b * xd for x, b in zip(block.rates(z, wanted), of_velocity, strict=True)]
         if self.limit:
             beyond = self.limit.beyond(self.voltage(z, wanted, xd))
-            found = [found[0] + beyond / self.inductance, found[1] + beyond * (self.limit.rate / self.kp)]
-        return found
+            rates = [rates[0] + beyond / self.inductance, rates[1] + beyond * (self.limit.rate / self.kp)]
+        return rates
 
     def voltage(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalar:
-        """Return U, the voltage that is wanted, times Kt n."""
+        """Return U, the requested voltage times Kt n."""
         return self.kp * (wanted - z[0] + z[1]) + self.share * self.drag * xd
 
     def linear(self, slope: Scalar) -> tuple[Block, tuple[Scalar, Scalar]]:
-        """Return the system with a slope of the limit of the voltage, and what xd adds to its rates."""
+        """Return the linear system at a slope of the voltage limit, and the coefficients of xd in its rates."""
         gain, out = slope * self.kp / self.inductance, (1 - slope) * (self.limit.rate if self.limit else 0)
         into = 1 / self.ti - out
         A = ((-(self.resistance / self.inductance + gain), gain), (-into, -out))
@@ -158,37 +158,37 @@ class Winding:
 
 
 class _Walk:
-    """A way through blocks in their order: takes their states, or sides of these, and keeps what it finds of them."""
+    """Evaluation of blocks in order: reads their states from a sequence, and collects their rates in `results`."""
 
     def __init__(self, own: Sequence[Scalar]) -> None:
-        self._left, self.found = [*own], Scalars()
+        self._remaining, self.results = [*own], Scalars()
 
     def take(self, names: tuple[str, ...]) -> Scalars:
-        """Return the next entries."""
-        own, self._left = self._left[: len(names)], self._left[len(names) :]
+        """Return the next entries of the sequence."""
+        own, self._remaining = self._remaining[: len(names)], self._remaining[len(names) :]
         return own
 
     def copy(self) -> Self:
-        """Return a walk from here on, which finds for itself."""
+        """Return an independent walk over the remaining entries, with results of its own."""
         other = copy.copy(self)
-        other.found = []
+        other.results = []
         return other
 
     def through(self, blocks: tuple[Block, ...], u: Scalar) -> Scalar:
-        """Return the output behind some blocks."""
+        """Return the output of blocks in series for the input u."""
         for block in blocks:
             u = block.output(self.states(block, u), u)
         return u
 
     def states(self, block: Block, u: Scalar) -> Scalars:
-        """Return the states of the next block, and keep their rates."""
+        """Return the states of the next block, and add their rates to the results."""
         own = self.take(block.names)
-        self.found += block.rates(own, u)
+        self.results += block.rates(own, u)
         return own
 
 
 class _Implicit(_Walk):
-    """The same for (I - g T) x = r: takes r, and keeps the states."""
+    """Evaluation of blocks in (I - g T) x = r: reads r, and collects the states."""
 
     def __init__(self, g: Scalar, r: Sequence[Scalar]) -> None:
         super().__init__(r)
@@ -196,24 +196,24 @@ class _Implicit(_Walk):
 
     def states(self, block: Block, u: Scalar) -> Scalars:
         """Return the states of the next block, and keep them."""
-        found = block.implicit(self.g, self.take(block.names), u)
-        self.found += found
-        return found
+        states = block.implicit(self.g, self.take(block.names), u)
+        self.results += states
+        return states
 
 
 class _Steady(_Walk):
-    """The same at rest: keeps the states there."""
+    """Evaluation of blocks at rest: collects the steady states."""
 
     def states(self, block: Block, u: Scalar) -> Scalars:
         """Return the states of the next block, and keep them."""
-        found = block.steady(u)
-        self.found += found
-        return found
+        states = block.steady(u)
+        self.results += states
+        return states
 
 
 @dataclass(frozen=True)
 class Chain:
-    """The drive of one motor: filter of the set point, controller, filters `ahead` of the limit, path of the torque."""
+    """The drive of a motor: filter of the set point, controller, filters `ahead` of the limit, path of the torque."""
 
     Kv: Scalar
     velocity_forward: Scalar
@@ -249,35 +249,35 @@ class Chain:
 
     def _answer(self, z: Sequence[Scalar], u: Inputs) -> tuple[Scalars, Scalar, Slopes]:
         walk, slopes = _Walk(z), Slopes()
-        rf, rfd, rfdd = self._shaped(walk, u.r, u.rd) if self.set_point else (u.r, u.rd, u.rdd)
+        rf, rfd, rfdd = self._set_point_and_rates(walk, u.r, u.rd) if self.set_point else (u.r, u.rd, u.rdd)
         e = self.Kv * (rf - u.x) + self.velocity_forward * rfd - u.xd
-        own, before = walk.take(self.controller.names), len(walk.found)
+        own, before = walk.take(self.controller.names), len(walk.results)
         tau_u = self.controller.output(own, e) + (self.acceleration_forward * rfdd + u.tau)
         f = walk.through(self.ahead, tau_u)
         if self.limit:
             slopes = slopes._replace(torque=self.limit.slope(f))
-            e, f = e + (self._back * self.limit.beyond(f) if own else 0), self.limit.kept(f)
-        walk.found[before:before] = self.controller.rates(own, e)
+            e, f = e + (self._back * self.limit.beyond(f) if own else 0), self.limit.saturate(f)
+        walk.results[before:before] = self.controller.rates(own, e)
         torque = walk.through(self.path, f)
         if self.winding:
             own = walk.take(self.winding.names)
-            walk.found += self.winding.rates(own, torque, u.xd)
+            walk.results += self.winding.rates(own, torque, u.xd)
             if self.winding.limit:
                 slopes = slopes._replace(voltage=self.winding.limit.slope(self.winding.voltage(own, torque, u.xd)))
             torque = own[0]
-        return walk.found, torque, slopes
+        return walk.results, torque, slopes
 
     def at_rest(self, r: Scalar, rd: Scalar, tau: Scalar) -> Scalars:
-        """Return the states of a drive that has given the torque tau for long; r has moved at rd for long."""
+        """Return the steady states of a drive at the torque tau, and with a set point that moves at the rate rd."""
         walk = _Steady([])
         if self.set_point:
             block = self.set_point.block
-            walk.found += block.steady(r, block.steady(rd))
-        walk.found += [0] * len(self.controller.names)
+            walk.results += block.steady(r, block.steady(rd))
+        walk.results += [0] * len(self.controller.names)
         walk.through((*self.ahead, *self.path), tau)
         if self.winding:
-            walk.found += [tau, tau * (self.winding.resistance / self.winding.kp)]
-        return walk.found
+            walk.results += [tau, tau * (self.winding.resistance / self.winding.kp)]
+        return walk.results
 
     def implicit(
         self, g: Scalar, r: Sequence[Scalar], e: Scalar, xd: Scalar = 0, slopes: Slopes = WITHIN
@@ -288,11 +288,11 @@ class Chain:
         """
         walk, fed = _Implicit(g, r), 0 * e
         if self.set_point:
-            rf, rfd, rfdd = self._shaped(walk, 0, 0)
+            rf, rfd, rfdd = self._set_point_and_rates(walk, 0, 0)
             e, fed = e + self.Kv * rf + self.velocity_forward * rfd, self.acceleration_forward * rfdd
         if self.limit and self.controller.names:
             own = [self._integral(walk, e, fed, slopes.torque)]
-            walk.found += own
+            walk.results += own
             tau_u = self.controller.output(own, e)
         else:
             tau_u = walk.through((self.controller,), e)
@@ -302,9 +302,9 @@ class Chain:
             block, of_velocity = self.winding.linear(slopes.voltage)
             sides = walk.take(self.winding.names)
             own = block.implicit(g, [x + (g * b) * xd for x, b in zip(sides, of_velocity, strict=True)], torque)
-            walk.found += own
+            walk.results += own
             torque = own[0]
-        return walk.found, torque
+        return walk.results, torque
 
     @property
     def _back(self) -> Scalar:
@@ -322,8 +322,8 @@ class Chain:
         right = r + walk.g * e - out * self._back * (F * (self.controller.D * e + fed) + rho)
         return right * (1 / (1 + out * F * self.limit.rate))
 
-    def _shaped(self, walk: _Walk, r: Scalar, rd: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Return rf, rfd and rfdd: the rates of its states give those of what the filter lets pass."""
+    def _set_point_and_rates(self, walk: _Walk, r: Scalar, rd: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """Return the filtered set point and its rates rf, rfd, rfdd, which are states of the filter and their rates."""
         assert self.set_point is not None
         block, w = self.set_point.block, self.set_point.rate
         z = walk.states(block, r)

@@ -14,7 +14,7 @@ from symoro_elastic.machine.drives import MOTOR, TUNED, Drive, Filter, LoadPosit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.kinematics import frames
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.drives.drive_chain import Block, Chain, Inputs, Limit, SetPoint, Winding
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.functions import amount, minimum, square_root
@@ -23,58 +23,58 @@ SET_POINTS = ("r", "rd", "rdd")
 
 
 def driven_motors(machine: Machine) -> Mapping[int, Drive]:
-    """Return the drives of motors, by joint, with which time steps can be taken: none where one cannot."""
-    named, drives = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine).by_motor
-    return {} if why_not_driven(machine) else {j: drives[name] for name, j in named.items() if name in drives}
+    """Return the drives of motors by joint, if time steps support all of them; else none."""
+    numbers, drives = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine).by_motor
+    return {} if why_not_driven(machine) else {j: drives[name] for name, j in numbers.items() if name in drives}
 
 
 def why_not_driven(machine: Machine) -> str:
-    """Return why time steps are without the drives of a machine, with the way out; empty where they have them.
+    """Return why time steps cannot include the drives of a machine, with the way out; empty where they can.
 
-    A gain that is left to tuning has no number, the position of a load is known along a motion only, and the samples of
+    A gain that is still to be tuned has no value, the position of a load is known along a motion only, and samples of
     a controller are not in chains.
     """
     of = drives_of(machine)
-    for name, one in of.by_motor.items():
-        if TUNED in (one.Kv, one.Kp, one.Tn):
+    for name, drive in of.by_motor.items():
+        if TUNED in (drive.Kv, drive.Kp, drive.Tn):
             return f'gains of {name} are "{TUNED}": control --save finds them'
-        if one.measured != MOTOR and name not in of.loads:
-            return f"{name} measures {one.measured}, which is known along a motion only: simulate takes it"
-        if one.period is not None:
+        if drive.measured != MOTOR and name not in of.loads:
+            return f"{name} measures {drive.measured}, which is known along a motion only: simulate takes it"
+        if drive.period is not None:
             return f"{name} has a period: its controller is the model control"
     return ""
 
 
 def chains_of(bound: Bound) -> dict[int, Chain]:
-    """Return the drives of a bound machine, by the joints of their motors; raises `InputError` for parts that lack."""
-    return {j: _chain(bound, j, one) for j, one in driven_motors(bound.machine).items()}
+    """Return the drives of a bound machine by joint of the motor; raises `InputError` for missing parts."""
+    return {j: _chain(bound, j, drive) for j, drive in driven_motors(bound.machine).items()}
 
 
 def state_names(machine: Machine, drives: bool) -> tuple[str, ...]:
-    """Return names of states beside positions and velocities: of friction by joint, then of `drives` by motor."""
+    """Return names of the states of friction by joint, then, with `drives`, of drives by motor."""
     friction = [f"{machine.joint(j).name}.friction" for j in machine.bristles]
     chains = chains_of(Bound(machine)) if drives else {}
-    return (*friction, *(f"{machine.joint(j).name}.{name}" for j, one in chains.items() for name in one.names))
+    return (*friction, *(f"{machine.joint(j).name}.{name}" for j, chain in chains.items() for name in chain.names))
 
 
 def state_symbols(chains: Mapping[int, Chain], stem: str) -> dict[int, tuple[str, ...]]:
     """Return names of the variables of the states of drives, by motor."""
-    return {j: tuple(f"{stem}{j}_{k}" for k in range(1, len(one.names) + 1)) for j, one in chains.items()}
+    return {j: tuple(f"{stem}{j}_{k}" for k in range(1, len(chain.names) + 1)) for j, chain in chains.items()}
 
 
 def states_at_rest(machine: Machine, r: Sequence[float], rd: Sequence[float], tau: Sequence[float]) -> list[float]:
-    """Return the states of all drives where motors have been under the torques tau for long; r, rd, tau by motor."""
+    """Return the steady states of all drives at the torques tau; r, rd, tau are by motor."""
     bound = Bound(machine, [parameter.name for parameter in machine.parameters])
     inputs = [tuple(map(bound.graph.symbol, (f"r{j}", f"rd{j}", f"tau{j}"))) for j in bound.motors]
-    given = zip(inputs, zip(r, rd, tau, strict=True), strict=True)
-    symbols = {x.operands[0]: value for names, row in given for x, value in zip(names, row, strict=True)}
-    found = [x for j, chain in chains_of(bound).items() for x in chain.at_rest(*inputs[bound.motors.index(j)])]
-    value = evaluate(found, symbols, FLOATS)
-    return [float(value(x)) for x in found]
+    values_of_inputs = zip(inputs, zip(r, rd, tau, strict=True), strict=True)
+    symbols = {x.operands[0]: value for names, row in values_of_inputs for x, value in zip(names, row, strict=True)}
+    states = [x for j, chain in chains_of(bound).items() for x in chain.at_rest(*inputs[bound.motors.index(j)])]
+    value = evaluate(states, symbols, FLOATS)
+    return [float(value(x)) for x in states]
 
 
 def inputs_of(bound: Bound, j: int) -> Inputs:
-    """Return what the drive of a motor is given: set points, position, velocity, and the torque that is added."""
+    """Return the inputs of the drive of a motor: set points, position, velocity, additional torque."""
     entries, k = bound.arguments(), bound.motors.index(j)
     r, rd, rdd = (bound.graph.symbol(entries[name][k]) for name in SET_POINTS)
     return Inputs(r, rd, rdd, controlled_position(bound, j), bound.rate(j), bound.tau[j])
@@ -92,9 +92,9 @@ def position_of_load(bound: Bound, load: LoadPosition) -> Scalar:
     """Return the position of a load."""
     if load.axis is None:
         return bound.variables[load.number]
-    frame = frames(bound.mechanism)[bound.met_frame(load.number)]
-    origin = frame.origin if load.at is None else frame.origin + frame.rotation * bound.vector(load.at)
-    return origin[load.axis]
+    link = bound.fixed_link(load.number, load.at)
+    carrier = frames(bound.mechanism)[link.antecedent]
+    return (carrier.origin + carrier.rotation * link.transform.origin)[load.axis]
 
 
 def _chain(bound: Bound, j: int, drive: Drive) -> Chain:
@@ -104,7 +104,7 @@ def _chain(bound: Bound, j: int, drive: Drive) -> Chain:
     kp, kv, tn = (bound.cell(x) if isinstance(x, Formula) else 0 for x in (drive.Kp, drive.Kv, drive.Tn))
     integral = drive.Tn is not None
     controller = Block(("speed_integral",), ((0,),), (1,), (kp / tn,), kp) if integral else Block((), (), (), (), kp)
-    filters = tuple(_filter(bound, one, f"filter_{k}") for k, one in enumerate(drive.filters, start=1))
+    filters = tuple(_filter(bound, section, f"filter_{k}") for k, section in enumerate(drive.filters, start=1))
     limit = _limit(bound, j, drive, tn if integral else 1)
     return Chain(
         *(kv, bound.cell(drive.velocity_forward), bound.cell(drive.acceleration_forward), controller),
@@ -149,7 +149,7 @@ def _ratio(bound: Bound, j: int) -> Scalar:
 
 
 def _torque_constant(bound: Bound, j: int) -> Scalar:
-    """Return what a current does on the joint of a motor, N m/A or N/A."""
+    """Return the torque constant on the joint's axis, N m/A or N/A."""
     return bound.cell(bound.machine.joint(j).electrics.torque_constant) * _ratio(bound, j)
 
 
@@ -171,18 +171,18 @@ def _behind(bound: Bound, drive: Drive) -> Iterator[Block]:
         yield _first_order("torque", 1 / lag)
 
 
-def _filter(bound: Bound, one: Filter, name: str) -> Block:
-    w, names = _angular(bound, one), (f"{name}_1", f"{name}_2")
-    if isinstance(one, Notch):
-        below = bound.cell(one.width)
-        return _biquad(names, w, below, (0, 2 * (bound.cell(one.depth) - below)), 1)
-    if one.order == 1:
+def _filter(bound: Bound, section: Filter, name: str) -> Block:
+    w, names = _angular(bound, section), (f"{name}_1", f"{name}_2")
+    if isinstance(section, Notch):
+        below = bound.cell(section.width)
+        return _biquad(names, w, below, (0, 2 * (bound.cell(section.depth) - below)), 1)
+    if section.order == 1:
         return _first_order(name, w)
     return _biquad(names, w, square_root(bound.graph, 2) / 2, (1, 0), 0)
 
 
-def _angular(bound: Bound, one: Filter) -> Scalar:
-    return 2 * bound.graph.pi * bound.cell(one.frequency)
+def _angular(bound: Bound, section: Filter) -> Scalar:
+    return 2 * bound.graph.pi * bound.cell(section.frequency)
 
 
 def _first_order(name: str, rate: Scalar) -> Block:

@@ -1,1 +1,1 @@
-"""Closed loops of a machine: how each closes, found out once in numbers, and then in expressions."""
+"""Closed loops of a machine: their closed forms, determined in numbers first, and then as expressions."""

@@ -1,4 +1,4 @@
-"""Where a motion leaves the branch on which its loops start: they do not close any more, or branches meet.
+"""Crossings where a motion leaves the branch on which its loops start: they do not close any more, or branches meet.
 
 Closed forms hold their branch by the sign of a root. Where the root is zero a motion passes smoothly to the other
 branch, and the closed form turns back with a kink: continuation from sample to sample distinguishes the two.
@@ -20,27 +20,27 @@ SAME = 1e-6
 
 
 class BranchCrossings:
-    """Crossings of branches: equations of the loops of a plan that are singular somewhere; constant maps are not."""
+    """Detection of branch crossings, by the equations of loops that can be singular."""
 
     def __init__(self, plan: Plan) -> None:
         self.machine = plan.assembly.machine
-        self.loops = tuple(one for one in plan.loops if one.form is not Form.MAP and one.dependent)
-        self._assembly = plan.assembly.of_loops([one.loop for one in self.loops])
-        kept = {(one.loop.name, row) for one in self.loops for row in one.kept}
-        self._rows = [k for k, x in enumerate(self._assembly.equations) if (x.loop, x.row) in kept]
-        self.unknown = self._assembly.columns({j for one in self.loops for j in one.dependent})
+        self.loops = tuple(loop for loop in plan.loops if loop.form is not Form.MAP and loop.dependent)
+        self._assembly = plan.assembly.of_loops([loop.loop for loop in self.loops])
+        needed_rows = {(loop.loop.name, row) for loop in self.loops for row in loop.kept}
+        self._rows = [k for k, x in enumerate(self._assembly.equations) if (x.loop, x.row) in needed_rows]
+        self.unknown = self._assembly.columns({j for loop in self.loops for j in loop.dependent})
         self.free = [k for k in range(len(self.machine.with_variable)) if k not in self.unknown]
 
     @cached_property
     def blocks(self) -> list[tuple[list[int], list[int]]]:
-        """Rows and columns of W_d: all of them, and those of each loop that alone determines its joints."""
-        own = [self.block(one) for one in self.loops if len(one.kept) == len(one.dependent)]
+        """Rows and columns of W_d: of all loops together, and by loop that alone determines its joints."""
+        own = [self.block(loop) for loop in self.loops if len(loop.kept) == len(loop.dependent)]
         return [([*range(len(self._rows))], self.unknown), *(own if len(self.loops) > 1 else [])]
 
-    def block(self, one: LoopPlan) -> tuple[list[int], list[int]]:
+    def block(self, loop: LoopPlan) -> tuple[list[int], list[int]]:
         """Rows and columns of the part of W_d of a loop."""
         names = [self._assembly.equations[k].loop for k in self._rows]
-        return [i for i, name in enumerate(names) if name == one.loop.name], self._assembly.columns(one.dependent)
+        return [i for i, name in enumerate(names) if name == loop.loop.name], self._assembly.columns(loop.dependent)
 
     def at(self, positions: Array) -> tuple[Array, Array]:
         """Closing errors (samples, rows) and W (samples, rows, variables) at positions (samples, variables)."""
@@ -48,13 +48,13 @@ class BranchCrossings:
         return errors[:, self._rows], W[:, self._rows]
 
     def first_lost(self, positions: Array) -> int | None:
-        """The first of positions (samples, variables) that is not on the branch of those before; None on one branch."""
+        """Index of the first position (samples, variables) off the branch of its predecessors; None if none is."""
         finite: BoolArray = np.all(np.isfinite(positions), axis=1)
         count = len(positions) if finite.all() else int(np.argmin(finite))
-        known = positions[:count]
-        singular = np.flatnonzero((self.distances(known) < FLAT).any(axis=1)) if count else np.zeros(0, dtype=int)
-        left = np.flatnonzero(~self._follow(known)) + 1
-        first = min((*singular[:1].tolist(), *left[:1].tolist(), count))
+        closed = positions[:count]
+        singular = np.flatnonzero((self.distances(closed) < FLAT).any(axis=1)) if count else np.zeros(0, dtype=int)
+        off_branch = np.flatnonzero(~self._follow(closed)) + 1
+        first = min((*singular[:1].tolist(), *off_branch[:1].tolist(), count))
         return None if first == len(positions) else int(first)
 
     def ends_at(self, position: Array, q: Array) -> bool:
@@ -64,7 +64,7 @@ class BranchCrossings:
         return bool(np.isnan(continued_positions(self, position[None], beyond[:, self.free])).any())
 
     def distances(self, positions: Array) -> Array:
-        """Smallest singular value of each block of W_d (samples, blocks), columns of length 1."""
+        """Smallest singular values of the blocks of W_d (samples, blocks), columns of length 1."""
         W = self.at(positions)[1]
         return np.stack([_smallest(W[:, rows][:, :, columns]) for rows, columns in self.blocks], axis=1)
 
@@ -72,9 +72,9 @@ class BranchCrossings:
         """Names of the loops that are nearest to singular at a position (variables,)."""
         W = self.at(position[None])[1]
         sizes = {}
-        for one in self.loops:
-            rows, columns = self.block(one)
-            sizes[one.loop.name] = float(_smallest(W[:, rows][:, :, columns])[0]) if rows else np.inf
+        for loop in self.loops:
+            rows, columns = self.block(loop)
+            sizes[loop.loop.name] = float(_smallest(W[:, rows][:, :, columns])[0]) if rows else np.inf
         least = min(sizes.values())
         return [name for name, size in sizes.items() if size <= least]
 
@@ -82,15 +82,15 @@ class BranchCrossings:
         """Whether each of positions after the first continues the one before it."""
         if len(positions) < 2:
             return np.ones(0, dtype=bool)
-        apart = positions[1:] - continued_positions(self, positions[:-1].copy(), positions[1:, self.free])
+        differences = positions[1:] - continued_positions(self, positions[:-1].copy(), positions[1:, self.free])
         turning = [k for k, j in enumerate(self.machine.with_variable) if self.machine.joint(j).sigma == 0]
-        apart[:, turning] -= 2 * np.pi * np.round(apart[:, turning] / (2 * np.pi))
-        found: BoolArray = np.all(np.abs(apart) < SAME, axis=1)
-        return found
+        differences[:, turning] -= 2 * np.pi * np.round(differences[:, turning] / (2 * np.pi))
+        on_branch: BoolArray = np.all(np.abs(differences) < SAME, axis=1)
+        return on_branch
 
 
 def _smallest(W: Array) -> Array:
-    """Smallest singular value of each matrix (samples,), columns of length 1."""
+    """Smallest singular values of matrices (samples,), columns of length 1."""
     lengths = np.linalg.norm(W, axis=1, keepdims=True)
     sizes: Array = np.asarray(np.linalg.svd(W / np.where(lengths > 0, lengths, 1.0), compute_uv=False), dtype=float)
     return sizes[:, -1]

@@ -1,4 +1,4 @@
-"""Why loops do not close near their start: which one, by how much, and what its links would need."""
+"""Diagnosis of loops that do not close near their start: the loop, its error, and the missing length of links."""
 
 from __future__ import annotations
 
@@ -19,51 +19,51 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 SAMPLES = 4
 FLAT = 1e-6
-"""Of the smallest singular value of W_d, relative, columns of length 1."""
+"""Smallest singular value of W_d, columns scaled to length 1, below which a position is singular."""
 
 
 def open_positions(machine: Machine) -> list[Position]:
-    """Some positions, the loops open."""
+    """Random positions with open loops."""
     source = random.Random(SEED)
     return [{j: source.uniform(-math.pi, math.pi) for j in machine.with_variable} for _ in range(SAMPLES)]
 
 
 def not_closed(machine: Machine, assembly: Assembly, start: Position) -> InputError:
-    """The error that names the first loop that does not close near the start together with those before it."""
+    """The error for the first loop that does not close near the start together with the earlier ones."""
     for k, loop in enumerate(machine.loops):
-        found, error = assembly.of_loops(machine.loops[: k + 1]).assembled_position(start, machine.dependent)
+        closest, error = assembly.of_loops(machine.loops[: k + 1]).assembled_position(start, machine.dependent)
         if not error < CLOSED:
-            return machine.error(f"loop {loop.name}", _why(machine, assembly, k, start, found))
+            return machine.error(f"loop {loop.name}", _why(machine, assembly, k, start, closest))
     raise AssertionError("all loops close")
 
 
-def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: Position) -> str:
-    """What keeps loop k open, and the way out."""
+def _why(machine: Machine, assembly: Assembly, k: int, start: Position, closest: Position) -> str:
+    """Message: why loop k does not close, and the way out."""
     loop, together = machine.loops[k], assembly.of_loops(machine.loops[: k + 1])
     alone = assembly.of_loops([loop])
-    errors = np.abs(together.numbers(found)[0])
+    errors = np.abs(together.numbers(closest)[0])
     worst = int(np.argmax(errors))
     unit, cells = (
         ("m", "lengths b, d and r") if together.equations[worst].row < 3 else ("rad", "angles gamma and alpha")
     )
-    left = f"{errors[worst]:.2g} {unit} stay open"
+    gap = f"{errors[worst]:.2g} {unit} stay open"
     if all(np.max(np.abs(together.numbers(x)[1][worst])) < CLOSED for x in open_positions(machine)):
-        return f"no position near start: {left} that no joint of the loop changes: check the {cells} around it"
-    left += f" after {STEPS} steps of Newton's method"
+        return f"no position near start: {gap} that no joint of the loop changes: check the {cells} around it"
+    gap += f" after {STEPS} steps of Newton's method"
     if k and alone.assembled_position(start, machine.dependent)[1] < CLOSED:
         return (
-            f"it closes near start, but not together with {_sharing(machine, k)}: {left}; check the {cells} around them"
+            f"it closes near start, but not together with {_sharing(machine, k)}: {gap}; check the {cells} around them"
         )
-    return f"no position near start: {left}: {_way_out(alone, loop, start, found, cells)}"
+    return f"no position near start: {gap}: {_way_out(alone, loop, start, closest, cells)}"
 
 
-def _way_out(alone: Assembly, loop: Loop, start: Position, found: Position, cells: str) -> str:
+def _way_out(alone: Assembly, loop: Loop, start: Position, closest: Position, cells: str) -> str:
     if not loop.start:
         return "write start = { ... }"
     links, length = _lacking(alone, loop, start) or ("", 0.0)
     if length > 0:
         return f"{links} would need {length:.2g} m more, or give another start"
-    if _is_flat(alone, loop, found):
+    if _is_flat(alone, loop, closest):
         return "start is at a singular position, where branches meet: move it to the intended side"
     return f"check the {cells} around it, or give another start"
 
@@ -89,15 +89,15 @@ def _lacking(alone: Assembly, loop: Loop, start: Position) -> tuple[str, float] 
     turns = [joint for joint in around.unknown if joint.axis is Axis.REVOLUTE]
     if len(around.unknown) != 3 or len(turns) < 2 or not is_planar(alone, loop):
         return None
-    found = close_circuit(
+    circuit = close_circuit(
         around, lambda radicand: radicand, dict.fromkeys((joint.joint for joint in around.unknown), 1)
     )
-    names = [machine.joint(j or loop.cut).name for j in found.sides]
-    leaves = [*(x for side in found.sides.values() for x in side), *found.roots.values()]
+    names = [machine.joint(j or loop.cut).name for j in circuit.sides]
+    leaves = [*(x for side in circuit.sides.values() for x in side), *circuit.roots.values()]
     value = evaluate(leaves, alone.symbols(start), FLOATS)
-    lengths = [math.hypot(*map(value, side)) for side in found.sides.values()]
+    lengths = [math.hypot(*map(value, side)) for side in circuit.sides.values()]
     if len(turns) == 2:
-        (radicand,) = map(value, found.roots.values())
+        (radicand,) = map(value, circuit.roots.values())
         return f"the link {names[0]} to {names[1]}", math.sqrt(lengths[0] ** 2 - radicand) - lengths[0]
     k = int(np.argmax(lengths))
     here, between = names[k], names[k - 1]

@@ -1,6 +1,6 @@
-"""Lemma 4: the largest value of a trigonometric polynomial, of an angle, is little above that at points of a grid.
+"""Lemma 4: the maximum of a trigonometric polynomial is at most a known factor above its maximum on a grid.
 
-Each variable x of a polynomial has an angle phi in which the lemma is the same:
+The lemma is stated in an angle phi of the variable x:
 
 - full turn: x = phi, the trigonometric degree n is the *order*;
 - slide in [c - h, c + h]: x = c + h cos(phi), order n, the degree;
@@ -9,13 +9,13 @@ Each variable x of a polynomial has an angle phi in which the lemma is the same:
 **Lemma.** f of order m, |f| <= M everywhere, f = M cos(theta): theta is Lipschitz in phi with the constant m. Hence:
 
 1. N > 2 m equidistant values of phi: max|f| <= max over them / cos(pi m/N). In several variables, one after another:
-   the product of these factors.
+   the product of the factors.
 2. A point where |f| = M, and any point that is d_j from it in phi_j, sum m_j d_j < pi/2:
    |f| >= M cos(sum m_j d_j) there.
 3. Both hold for the largest of any family of such f at a point, as they hold for each f with the M of the family.
 
 *Proof.* Let, with |f| < 1 (else scale), |theta'| > m at phi_0, and choose g = cos(m phi + s) so that g = f there on a
-branch on which both rise, or both fall. g takes the values +1 and -1 in turn at 2 m points of the circle, so f - g has
+branch on which both rise, or both fall. g alternates between +1 and -1 at 2 m points of the circle, so f - g has
 a zero between any two that are neighbours, and three on the branch of phi_0, where f is the steeper one: 2 m + 2 zeros.
 A trigonometric polynomial of degree m has 2 m at most, so f = g, which has |theta'| = m: a contradiction. An even f
 (slide) is such a polynomial of phi. On an arc put t = tan((x - c)/2) = tan(w/2) cos(tau): f and g = cos(2 n phi + s)
@@ -42,6 +42,8 @@ from symoro_elastic.machine.limits import Range
 
 TURN, ARC, SLIDE = "turn", "arc", "slide"
 UNIT = 2.0**-53
+NARROWEST = 2.0**-24
+"""Least relative width of a range, so that the rounding of nodes is below 1e-2 of their distance."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class Axis:
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
-        """The order in phi of each function of the basis; for turns the cosines come first, then the sines."""
+        """Orders in phi of the functions of the basis; for turns of cosines first, then of sines."""
         n = self.degree
         if self.kind == TURN:
             return (*range(n + 1), *range(1, n + 1))
@@ -85,7 +87,7 @@ class Axis:
 
     @cached_property
     def nodes(self) -> Array:
-        """Values of x, as many as functions of the basis, at which values determine a polynomial."""
+        """Interpolation nodes x, as many as functions of the basis."""
         size = len(self.orders)
         if self.kind == TURN:
             return np.asarray(np.arange(size) * (2 * math.pi / size))
@@ -134,24 +136,24 @@ class Axis:
 
     @cached_property
     def mismatch(self) -> float:
-        """At least the sum of magnitudes of the matrix by which `from_values` misses the exact one, over its own."""
+        """Upper bound of the relative error of `from_values`, in the sum of magnitudes."""
         inverse, size = self.from_values, len(self.orders)
         computed = float(np.abs(inverse @ self.at_nodes - np.eye(size)).sum())
         return min(0.5, computed + 2 * size * self.basis_error * float(np.abs(inverse).sum()))
 
     @cached_property
     def amplification(self) -> float:
-        """At least the largest value, and sum of magnitudes of coefficients, of what is at most 1 at the nodes."""
+        """Bound of polynomials, and of the sums of their coefficients, whose values at the nodes are at most 1."""
         return float(np.abs(self.from_values).sum()) / (1 - self.mismatch) * (1 + 1e-9)
 
     @property
     def basis_error(self) -> float:
-        """At least the error of `basis`, computed at phi or at the nodes: arguments, functions, middle and half."""
+        """Upper bound of the error of `basis` at phi or at the nodes."""
         ends = max(abs(self.low), abs(self.high)) if self.is_even else 2 * math.pi
         return 64 * (1 + max(self.orders)) ** 2 * UNIT * (1 + ends / (self.half if self.is_even else 1.0))
 
     def grid(self, ratio: int, order: int) -> Array:
-        """Return phi of a grid whose factor is 1/cos(pi/ratio) for this order: those of equal x once."""
+        """Return a grid of phi whose factor is 1/cos(pi/ratio) for an order, without points of equal x."""
         points = ratio * order
         return np.asarray(np.arange(points // 2 + 1 if self.is_even else points) * (2 * math.pi / points))
 
@@ -161,16 +163,22 @@ class Axis:
 
 
 def of_harmonics(squares: AnyArray, axis: int) -> AnyArray:
-    """Return squares of coefficients, those of sines added to those of cosines in place, for an axis that turns."""
+    """Return squared magnitudes of harmonics along an axis that turns, from squared coefficients (in place)."""
     before, n = (slice(None),) * axis, squares.shape[axis] // 2
     if n:
         squares[(*before, slice(1, n + 1))] += squares[(*before, slice(n + 1, None))]
     return squares[(*before, slice(n + 1))]
 
 
-def axis_of(name: str, degree: int, found: Range, *, angle: bool) -> Axis:
-    """Return the axis of a variable; an angle whose range is a turn or more turns full circles."""
+def axis_of(name: str, degree: int, span: Range, *, angle: bool) -> Axis:
+    """Return the axis of a variable; an angle with a range of at least a turn has a full circle.
+
+    A range below `NARROWEST` is widened, as bounds over it hold for the narrower one.
+    """
+    least = NARROWEST * max(abs(span.low), abs(span.high))
+    if span.high - span.low < least:
+        span = Range(span.low - least, span.high + least)
     if not angle:
-        return Axis(name, SLIDE, degree, found.low, found.high)
-    turns = found.high - found.low >= 2 * math.pi * (1 - 1e-9)
-    return Axis(name, TURN if turns else ARC, degree, found.low, found.high)
+        return Axis(name, SLIDE, degree, span.low, span.high)
+    turns = span.high - span.low >= 2 * math.pi * (1 - 1e-9)
+    return Axis(name, TURN if turns else ARC, degree, span.low, span.high)

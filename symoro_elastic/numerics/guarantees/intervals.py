@@ -1,9 +1,9 @@
-"""Intervals of doubles, many at once, whose ends are rounded outwards.
+"""Arrays of intervals of doubles, whose ends are rounded outwards.
 
 An interval holds every value that an expression takes, in exact arithmetic, where its operands are in theirs. Each end
 is computed to nearest and moved one number outwards, which is more than the half ulp that it may be off; sines and
 cosines are moved by four ulp of one, since libraries are not that exact. What is not bounded (a quotient by an interval
-with zero, an overflow, a NaN) has infinite ends, and so has all that is computed from it.
+with zero, an overflow, a NaN) has infinite ends, and so do all intervals that depend on it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, MAXIMUM, MINIM
 
 Operand: TypeAlias = "Interval | int"
 SLACK = 2.0**-50
-"""Four ulp of one."""
+"""4 ulp of 1, by which ends of sines and cosines are moved."""
 TURN = 2 * math.pi
 
 
 @final
 class Interval:
-    """Lower and upper ends, arrays of one shape: one interval for each sub-box."""
+    """Lower and upper ends, arrays of the same shape with an interval per sub-box."""
 
     __slots__ = ("high", "low")
 
@@ -75,16 +75,16 @@ class Interval:
         return iter((self.low, self.high))
 
     def square(self) -> Interval:
-        """x x of one x: never negative."""
+        """The square of x, which is never negative."""
         low = np.where((self.low <= 0) & (self.high >= 0), 0.0, np.minimum(abs(self.low), abs(self.high)))
-        found = outwards(low * low, self.magnitude**2)
-        return Interval(np.where(np.isfinite(found.low), np.maximum(found.low, 0.0), found.low), found.high)
+        square = outwards(low * low, self.magnitude**2)
+        return Interval(np.where(np.isfinite(square.low), np.maximum(square.low, 0.0), square.low), square.high)
 
     def reciprocal(self) -> Interval:
         """1/x; not bounded where zero is a value of x."""
         with np.errstate(divide="ignore"):
-            found = outwards(1.0 / self.high, 1.0 / self.low)
-        return not_bounded_where((self.low <= 0) & (self.high >= 0), found)
+            inverse = outwards(1.0 / self.high, 1.0 / self.low)
+        return not_bounded_where((self.low <= 0) & (self.high >= 0), inverse)
 
     @property
     def magnitude(self) -> Array:
@@ -101,22 +101,22 @@ class Interval:
         """Whether both ends are finite."""
         return np.isfinite(self.low) & np.isfinite(self.high)
 
-    def widened(self, by: Array) -> Interval:
-        """All values that are at most `by` away from one of the interval."""
+    def widen(self, by: Array) -> Interval:
+        """The interval extended by `by` at both ends."""
         return outwards(self.low - by, self.high + by)
 
     def hull(self, other: Operand) -> Interval:
-        """The values of both, and all between them."""
+        """The smallest interval that contains both."""
         other = interval(other)
         return Interval(np.minimum(self.low, other.low), np.maximum(self.high, other.high))
 
     def meeting(self, other: Interval) -> Interval:
-        """The values that are in both, which hold the same quantity."""
+        """The intersection of two intervals of the same quantity."""
         return Interval(np.maximum(self.low, other.low), np.minimum(self.high, other.high))
 
 
 def interval(x: Operand | Constant) -> Interval:
-    """The interval itself, or the one of an exact number."""
+    """The interval itself, or the interval of an exact number."""
     if type(x) is Interval:
         return x
     nearest = np.array(float(x))
@@ -126,7 +126,7 @@ def interval(x: Operand | Constant) -> Interval:
 
 
 def outwards(low: Array, high: Array) -> Interval:
-    """The interval of ends that were computed to nearest; not bounded where one is infinite or no number."""
+    """The interval of ends rounded to nearest, moved outwards; not bounded where an end is not finite."""
     finite = np.isfinite(low) & np.isfinite(high)
     if np.all(finite):
         return Interval(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
@@ -134,23 +134,23 @@ def outwards(low: Array, high: Array) -> Interval:
 
 
 def not_bounded_where(where: Any, of: Interval) -> Interval:
-    """The intervals, without bounds where that is said, and where an end is infinite or no number."""
+    """The intervals, unbounded at `where` and where an end is not finite."""
     where = where | ~of.is_bounded
     return Interval(np.where(where, -np.inf, of.low), np.where(where, np.inf, of.high))
 
 
 def _cos(x: Interval) -> Interval:
-    """A cosine is largest at whole turns, least half a turn on; between them it is monotonic."""
-    near, far = np.cos(x.low), np.cos(x.high)
-    low = np.where(_holds(x, math.pi), -1.0, np.minimum(near, far) - SLACK)
-    high = np.where(_holds(x, 0.0), 1.0, np.maximum(near, far) + SLACK)
+    """The cosine of an interval: largest at whole turns, least half a turn on, monotonic between them."""
+    at_low, at_high = np.cos(x.low), np.cos(x.high)
+    low = np.where(_holds(x, math.pi), -1.0, np.minimum(at_low, at_high) - SLACK)
+    high = np.where(_holds(x, 0.0), 1.0, np.maximum(at_low, at_high) + SLACK)
     return _of_circle(x, low, high)
 
 
 def _sin(x: Interval) -> Interval:
-    near, far = np.sin(x.low), np.sin(x.high)
-    low = np.where(_holds(x, -math.pi / 2), -1.0, np.minimum(near, far) - SLACK)
-    high = np.where(_holds(x, math.pi / 2), 1.0, np.maximum(near, far) + SLACK)
+    at_low, at_high = np.sin(x.low), np.sin(x.high)
+    low = np.where(_holds(x, -math.pi / 2), -1.0, np.minimum(at_low, at_high) - SLACK)
+    high = np.where(_holds(x, math.pi / 2), 1.0, np.maximum(at_low, at_high) + SLACK)
     return _of_circle(x, low, high)
 
 
@@ -159,15 +159,15 @@ def _of_circle(x: Interval, low: Array, high: Array) -> Interval:
 
 
 def _holds(x: Interval, angle: float) -> Any:
-    """Whether an angle, or one that is whole turns from it, may be in the interval: yes in cases of doubt."""
+    """Whether an angle, up to full turns, may be in the interval, with a margin for rounding."""
     slack = SLACK * (1.0 + x.magnitude)
     return np.floor((x.high + slack - angle) / TURN) >= np.ceil((x.low - slack - angle) / TURN)
 
 
 def _sqrt(x: Interval) -> Interval:
     """A root; not bounded where a value is negative."""
-    found = outwards(np.sqrt(np.maximum(x.low, 0.0)), np.sqrt(np.maximum(x.high, 0.0)))
-    return not_bounded_where(x.low < 0, Interval(np.maximum(found.low, 0.0), found.high))
+    root = outwards(np.sqrt(np.maximum(x.low, 0.0)), np.sqrt(np.maximum(x.high, 0.0)))
+    return not_bounded_where(x.low < 0, Interval(np.maximum(root.low, 0.0), root.high))
 
 
 def _sign(x: Interval) -> Interval:
@@ -180,7 +180,7 @@ def _minimum(x: Interval, y: Interval) -> Interval:
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:
-    """Arc tangent; a whole turn where the half line of its jump, or the origin, is met."""
+    """Arc tangent; a full turn where the half line of its jump, or the origin, is met."""
     corners = [np.arctan2(a, b) for a in (y.low, y.high) for b in (x.low, x.high)]
     jumps = meets_jump(y, x)
     low = np.where(jumps, -math.pi, np.min(np.broadcast_arrays(*corners), axis=0)) - 4 * SLACK

@@ -1,6 +1,6 @@
-"""Lemma 7, a direct model whose inverse model has terms left out: what errors of torques do to accelerations.
+"""Lemma 7, a direct model from a reduced inverse model: error bounds of accelerations from those of torques.
 
-A_S and the right side r_S come from an inverse model with terms left out, the residual of which is wrong by
+A_S and the right side r_S come from an inverse model with dropped terms, whose residual has the error
 d(q, qd, tau, qdd) = (A_S - A) qdd - (r_S - r). The accelerations of both solve A qdd = r and A_S qdd_S = r_S, so that
 
     qdd_S - qdd = -A_S^-1 d(q, qd, tau, qdd)
@@ -28,9 +28,9 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import Interval
 
 SLACK = 1e-6
-"""Of y: by how much it is larger than needed, so that rounding does not break its inequality, and none is zero."""
+"""Relative margin of y, against the rounding of its inequality."""
 ROUNDING = 1e-12
-"""Of all sums: more than their rounding."""
+"""Bound of the relative rounding of sums."""
 
 
 def largest_solutions(A: Interval, e: Array) -> Array:
@@ -39,31 +39,31 @@ def largest_solutions(A: Interval, e: Array) -> Array:
     `A` (n, n, sub-boxes) holds the matrix, `e` (n,) the bounds of the right side.
     """
     count = A.low.shape[-1]
-    found = [_largest(A.low[..., k], A.high[..., k], e) for k in range(count)]
-    return np.array(found).T.reshape(len(e), count)
+    bounds = [_largest(A.low[..., k], A.high[..., k], e) for k in range(count)]
+    return np.array(bounds).T.reshape(len(e), count)
 
 
 def widened(A: Interval, by: Array) -> Interval:
-    """The matrices that differ from A by at most so much in each entry (n, n)."""
+    """The interval matrix A extended by `by` (n, n) in its entries."""
     more = by[..., None] * (1 + ROUNDING)
     return Interval(np.nextafter(A.low - more, -np.inf), np.nextafter(A.high + more, np.inf))
 
 
 def allowed_right_sides(A: Interval, most: Array) -> Array:
-    """Right sides e (n,) that are as large as they may be, so that |x_i| of A x = d, |d| <= e, stays below `most`.
+    """The largest right sides e (n,) for which the |x_i| of A x = d, |d| <= e, stay below `most`.
 
-    Zero where nothing is proven. Each is as large as its own x allows, beside equal shares of all others.
+    Zero where nothing is proven. The components of x get equal shares of their bounds.
     """
     unit = np.array([largest_solutions(A, column).max(axis=1) for column in np.eye(len(most))]).T
     if not np.isfinite(unit).all():
         return np.zeros(len(most))
     share = most / unit.sum(axis=1)
-    found: Array = share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK)
-    return found
+    right_sides: Array = share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK)
+    return right_sides
 
 
 def _largest(low: Array, high: Array, e: Array) -> Array:
-    """The smaller one of what the diagonal proves, and of what the inverse of the middle does."""
+    """The smaller bound with C from the diagonal and with C from the inverse of the middle."""
     best = np.full(len(e), np.inf)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return best
@@ -76,16 +76,16 @@ def _largest(low: Array, high: Array, e: Array) -> Array:
 
 def _near_inverses(middle: Array) -> list[Array]:
     diagonal = np.diag(middle)
-    found = [np.diag(1 / diagonal)] if (diagonal > 0).all() else []
+    inverses = [np.diag(1 / diagonal)] if (diagonal > 0).all() else []
     try:
-        return [*found, np.array(np.linalg.inv(middle), dtype=float)]
+        return [*inverses, np.array(np.linalg.inv(middle), dtype=float)]
     except np.linalg.LinAlgError:
-        return found
+        return inverses
 
 
 def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
-    """y with y - G y >= |C| e, infinite where there is none."""
-    size, nothing = len(e), np.full(len(e), np.inf)
+    """y with y - G y >= |C| e, infinite where none is found."""
+    size, unproven = len(e), np.full(len(e), np.inf)
     magnitude = np.abs(C)
     G = (np.abs(np.eye(size) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
     G += ROUNDING * magnitude @ np.abs(middle)
@@ -95,6 +95,6 @@ def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
     try:
         y = np.linalg.solve(np.eye(size) - G, right * (1 + SLACK) + SLACK * right.max())
     except np.linalg.LinAlgError:
-        return nothing
+        return unproven
     is_proven = np.isfinite(y).all() and (y > 0).all() and (y - G @ y * (1 + ROUNDING) >= right).all()
-    return y if is_proven else nothing
+    return y if is_proven else unproven

@@ -1,4 +1,4 @@
-"""Entries of the inverse of a matrix of polynomials: bounds in all cells of a box of positions.
+"""Bounds of the entries of the inverse of a matrix of polynomials, over cells of a box of positions.
 
 With any C and G >= |1 - C A|, A^-1 = C + (1 - C A) A^-1 has |A^-1| <= |C| + G |A^-1|. Hence
 
@@ -32,37 +32,37 @@ from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.guarantees.axes import TURN, Axis
 
 SLACK = 1e-6
-"""Of W: by how much it is larger than needed, so that rounding does not break its inequality."""
+"""Relative margin of W, against the rounding of its inequality."""
 ROUNDING = 1e-12
 AT_ONCE = 4000
-"""Cells that are looked at together."""
+"""Cells that are evaluated together."""
 SAMPLED, WORST = 3, 48
-"""Positions along an axis, and cells among them, that decide how many cells it has."""
+"""Sampled positions along an axis, and worst cells among them, from which numbers of cells are chosen."""
 SMALL = 0.3
-"""Spectral radius of G: smaller cells are not worth their time."""
+"""Spectral radius of G below which cells are not divided further."""
 
 
-def verified(C: Array, G: Array, right: Array) -> Array:
+def verified_bounds(C: Array, G: Array, right: Array) -> Array:
     """W (.., n, m) with W - G W >= |right|, for matrices (.., n, n); infinite where none is found."""
-    found = np.full_like(right, np.inf)
+    bounds = np.full_like(right, np.inf)
     able = np.flatnonzero(np.isfinite(G).all(axis=(1, 2)) & np.isfinite(C).all(axis=(1, 2)))
     able = able[np.abs(np.linalg.eigvals(G[able])).max(axis=1, initial=0.0) < 1 - SLACK]
     G, right = G[able], np.abs(right[able])
     more = right * (1 + SLACK) + SLACK * right.max(axis=(1, 2), keepdims=True, initial=0.0)
     W = np.linalg.solve(np.eye(G.shape[-1]) - G, more)
-    left = W - G @ W * (1 + ROUNDING)
-    proven = np.min((W > 0) & (left >= right * (1 + ROUNDING)), axis=(1, 2))
-    found[able[proven]] = W[proven]
-    return found
+    residual = W - G @ W * (1 + ROUNDING)
+    proven = np.min((W > 0) & (residual >= right * (1 + ROUNDING)), axis=(1, 2))
+    bounds[able[proven]] = W[proven]
+    return bounds
 
 
-def near_inverses(matrices: Array) -> Array:
-    """About the inverses of matrices (.., n, n), infinite where one is not positive definite."""
-    found = np.full_like(matrices, np.inf)
+def near_inverses(matrices: Array, least: float = 0.0) -> Array:
+    """Approximate inverses of matrices (.., n, n); infinite where an eigenvalue is not above `least`."""
+    inverses = np.full_like(matrices, np.inf)
     able = np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2)))
-    able = able[np.linalg.eigvalsh(matrices[able])[:, 0] > 0]
-    found[able] = np.linalg.inv(matrices[able])
-    return found
+    able = able[np.linalg.eigvalsh(matrices[able])[:, 0] > least]
+    inverses[able] = np.linalg.inv(matrices[able])
+    return inverses
 
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
@@ -73,14 +73,14 @@ Products: TypeAlias = Mapping[Product, Array]
 
 @dataclass(frozen=True)
 class _Parts:
-    """Of some cells: C, |C A_S| where S is one function, and |A_S| where it is two."""
+    """Matrices by cell: C, |C A_S| for S of a single function, and |A_S| for S of two."""
 
     C: Array
     ones: Products
     twos: Products
 
-    def chosen(self, cells: IndexArray) -> _Parts:
-        """Those of some of the cells."""
+    def select(self, cells: IndexArray) -> _Parts:
+        """The matrices of some cells."""
         ones, twos = ({key: x[cells] for key, x in of.items()} for of in (self.ones, self.twos))
         return _Parts(self.C[cells], ones, twos)
 
@@ -99,14 +99,14 @@ class Cells:
 
     @classmethod
     def of(cls, at_nodes: Array, axes: Sequence[Axis], box: Sequence[Range], off: float) -> Cells:
-        """Those of the values at the nodes of all axes."""
+        """The cells of a matrix given by its values at the nodes of all axes."""
         values = at_nodes
         for j, axis in enumerate(axes):
             values = np.moveaxis(np.tensordot(axis.from_values, values, axes=(1, j)), 0, j)
         return cls(values, axes, box, off)
 
     def bounds(self, most: int, d: Array) -> Array | None:
-        """Bounds of |A^-1| and, in the last column, of |A^-1 d|, from at most so many cells; None where none are."""
+        """Bounds of |A^-1| and, in the last column, of |A^-1 d|, with at most `most` cells; None without proof."""
         counts = self._counts(most)
         if counts is None:
             return None
@@ -114,9 +114,9 @@ class Cells:
         middles = [self._middles(j, h, n) for j, (h, n) in enumerate(zip(halves, counts, strict=True))]
         largest = np.zeros((len(d), len(d) + 1))
         for part in _slabs(middles):
-            found = self._parts(part)
-            right = np.concatenate([found.C, (found.C @ d)[..., None]], axis=2)
-            W = verified(found.C, self._G(found, halves), right)
+            parts = self._parts(part)
+            right = np.concatenate([parts.C, (parts.C @ d)[..., None]], axis=2)
+            W = verified_bounds(parts.C, self._G(parts, halves), right)
             if not np.isfinite(W).all():
                 return None
             largest = np.maximum(largest, W.max(axis=0))
@@ -129,20 +129,20 @@ class Cells:
         return [(x.high - x.low) / 2 / n * (1 + ROUNDING) for x, n in zip(self.box, counts, strict=True)]
 
     def _counts(self, most: int) -> Sequence[int] | None:
-        """How many cells each axis has: each time more along the axis where G falls most; None where G stays large."""
+        """Numbers of cells by axis, increased along the axis along which G falls most; None where G stays large."""
         part = (np.arange(SAMPLED) + 0.5) / SAMPLED
-        found = self._parts([x.low + (x.high - x.low) * part for x in self.box])
-        found = found.chosen(np.argsort(np.abs(found.C).max(axis=(1, 2)))[-WORST:])
+        parts = self._parts([x.low + (x.high - x.low) * part for x in self.box])
+        parts = parts.select(np.argsort(np.abs(parts.C).max(axis=(1, 2)))[-WORST:])
 
         def radius(counts: Sequence[int]) -> float:
-            G = self._G(found, self._halves(counts))
+            G = self._G(parts, self._halves(counts))
             return float(np.abs(np.linalg.eigvals(G)).max()) if np.isfinite(G).all() else math.inf
 
         counts = [1] * len(self.axes)
         best = radius(counts)
         while counts and SMALL < best < math.inf:
             more = [[n + (n // 2 + 1) * (i == j) for i, n in enumerate(counts)] for j in range(len(counts))]
-            radii = [radius(one) for one in more]
+            radii = [radius(candidate) for candidate in more]
             gains = [
                 math.log(best / r) / math.log(new[j] / counts[j])
                 for j, (r, new) in enumerate(zip(radii, more, strict=True))
@@ -156,25 +156,25 @@ class Cells:
     def _parts(self, middles: Sequence[Array]) -> _Parts:
         size = self.coefficients.shape[-1]
         local = [_local(axis, x) for axis, x in zip(self.axes, middles, strict=True)]
-        found = {key: x.reshape(-1, size, size) for key, x in _products(self.coefficients, local)}
-        C = near_inverses(found[()])
-        ones: dict[Product, Array] = {key: np.abs(C @ x) for key, x in found.items() if len(key) == 1}
-        ones[()] = np.abs(np.eye(size) - C @ found[()]) + self.off * np.abs(C).sum(axis=2, keepdims=True)
-        return _Parts(C, ones, {key: np.abs(x) for key, x in found.items() if len(key) == 2})
+        by_product = {key: x.reshape(-1, size, size) for key, x in _products(self.coefficients, local)}
+        C = near_inverses(by_product[()])
+        ones: dict[Product, Array] = {key: np.abs(C @ x) for key, x in by_product.items() if len(key) == 1}
+        ones[()] = np.abs(np.eye(size) - C @ by_product[()]) + self.off * np.abs(C).sum(axis=2, keepdims=True)
+        return _Parts(C, ones, {key: np.abs(x) for key, x in by_product.items() if len(key) == 2})
 
-    def _G(self, found: _Parts, halves: Sequence[float]) -> Array:
-        """A bound of |1 - C A| in cells of these half widths."""
+    def _G(self, parts: _Parts, halves: Sequence[float]) -> Array:
+        """A bound of |1 - C A| in cells with the given half widths."""
         b = [_largest(axis, h) for axis, h in zip(self.axes, halves, strict=True)]
 
-        def summed(of: Products) -> Array:
-            return sum((math.prod(b[j][k] for j, k in key) * x for key, x in of.items()), np.zeros_like(found.C))
+        def weighted_sum(of: Products) -> Array:
+            return sum((math.prod(b[j][k] for j, k in key) * x for key, x in of.items()), np.zeros_like(parts.C))
 
-        G: Array = summed(found.ones) + np.abs(found.C) @ (summed(found.twos) + self._of_more(halves))
-        more: Array = ROUNDING * np.abs(found.C).sum(axis=2, keepdims=True)
+        G: Array = weighted_sum(parts.ones) + np.abs(parts.C) @ (weighted_sum(parts.twos) + self._of_more(halves))
+        more: Array = ROUNDING * np.abs(parts.C).sum(axis=2, keepdims=True)
         return G * (1 + ROUNDING) + more
 
     def _of_more(self, halves: Sequence[float]) -> Array:
-        """R: what products of three or more functions add, anywhere."""
+        """R: the contribution of products of three or more functions, in any cell."""
         orders = [np.asarray(x) for x in (1.0, 0.0, 0.0, 0.0)]
         for j, (axis, h) in enumerate(zip(self.axes, halves, strict=True)):
             change = _change(axis, h).reshape([-1 if i == j else 1 for i in range(len(self.axes))])
@@ -186,21 +186,21 @@ class Cells:
 
 def _products(values: Array, local: Sequence[Array]) -> Iterator[tuple[Product, Array]]:
     """Coefficients (points of all axes, entries) of products of up to two functions, from those of the basis."""
-    found: list[tuple[Product, Array]] = [((), values.reshape(1, -1))]
+    coefficients: list[tuple[Product, Array]] = [((), values.reshape(1, -1))]
     for j, functions in enumerate(local):
-        found = [
+        coefficients = [
             (key + ((j, k),) * (k > 0), np.matmul(functions[:, k], rows).reshape(len(rows) * len(functions), -1))
-            for key, x in found
+            for key, x in coefficients
             for rows in [x.reshape(len(x), functions.shape[2], -1)]
             for k in range(functions.shape[1] if len(key) < 2 else 1)
         ]
-    yield from found
+    yield from coefficients
 
 
 def _local(axis: Axis, middles: Array) -> Array:
-    """Functions of a basis as sums of 1 and of those of a cell: (points, functions of the cell, of the basis).
+    """Functions of a basis in terms of 1 and the functions of a cell: (points, functions of the cell, of the basis).
 
-    For slides ((q - m)/half)^k: how wide the cell is counts in `_largest`.
+    For slides ((q - m)/half)^k: the width of the cell is a factor in `_largest`.
     """
     if axis.kind != TURN:
         y = (middles - axis.middle) / axis.half
@@ -217,17 +217,17 @@ def _local(axis: Axis, middles: Array) -> Array:
 
 
 def _largest(axis: Axis, half: float) -> list[float]:
-    """The largest magnitude of each function of a cell."""
+    """The largest magnitudes of the functions of a cell."""
     if axis.kind != TURN:
         return [(half / axis.half) ** k for k in range(axis.degree + 1)]
-    found = [1.0]
+    bounds = [1.0]
     for k in range(1, axis.degree + 1):
-        found += [math.sin(min(k * half, math.pi / 2)), 1 - math.cos(min(k * half, math.pi))]
-    return found
+        bounds += [math.sin(min(k * half, math.pi / 2)), 1 - math.cos(min(k * half, math.pi))]
+    return bounds
 
 
 def _change(axis: Axis, half: float) -> Array:
-    """By how much functions of the basis change at most, from the middle of a cell."""
+    """The largest change of the functions of the basis from the middle of a cell."""
     k = np.array(axis.orders, dtype=float)
     if axis.kind != TURN:
         return np.minimum(2.0, k**2 * half / axis.half)
@@ -235,7 +235,7 @@ def _change(axis: Axis, half: float) -> Array:
 
 
 def _slabs(points: Sequence[Array]) -> Iterator[Sequence[Array]]:
-    """Parts of a grid, along its longest axis."""
+    """Parts of a grid along its longest axis, of at most `AT_ONCE` points."""
     if not points:
         yield points
         return

@@ -1,4 +1,6 @@
-"""Lemma 2, the mean value theorem on the errors of all operations at once.
+"""Lemmas 2 and 9, adjoints of the errors of all operations: by intervals, and by affine forms.
+
+**Lemma 2**, the mean value theorem.
 
 The computed result is f(e), where node i is computed as z_i = op_i(z) + e_i. Along the segment from 0 to e, for some
 point xi of it,
@@ -10,67 +12,85 @@ from the exact ones (lemma 1). Over the intervals [z_i - E_i, z_i + E_i] their e
 
     |f(e) - f(0)| <= sum sup|a_i| |e_i|
 
-is exact: nothing of second order is neglected. Cancellation that lemma 1 does not see, of errors that come to the
-result on several ways, is seen here.
+is exact: nothing of second order is neglected. It accounts for cancellation of errors that reach the result on
+several paths, which lemma 1 ignores.
 
-A sign has no mean value: it is a node whose own error is all that lemma 1 says of it, a jump of 2 among it.
+A sign has no mean value: it is a node whose own error is the bound of lemma 1, with a jump of 2.
+
+**Lemma 9**, the values of a program as affine forms over its box: ranges, and adjoints, in which terms cancel.
+
+The computed program has z~_i = op_i(z~) + e_i, |e_i| at most the rounding l_i (lemma 1). Let each node have the form of
+op_i of the forms of its operands, its rest wider by l_i: it holds z~_i for all e_i, and z_i, for which e = 0; and all
+that lies on the segment between both, which the mean value theorem looks at (lemma 2). So
+
+    the range of z_i is that of its form, where this is smaller, and
+    |f(e) - f(0)| <= sum sup|a_i| |e_i| holds with sup|a_i| from forms, as from intervals: the smaller one counts.
+
+A sign is an interval of values as computed. With smaller ranges, errors and roundings by lemma 1 are smaller, too.
+
+The gain is in direct models: the error of an element of the elimination reaches a result on many paths, which
+cancel nearly, each as large as the force that the element multiplies. Intervals add their magnitudes. Forms are linear
+in the force, and the remainder is as much as the other factors vary in a sub-box.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.guarantees.affine import AFFINE, of_interval
-from symoro_elastic.numerics.guarantees.affine_bounds import Forms
+from symoro_elastic.numerics.guarantees.affine import AFFINE, Affine, of_interval, variable
+from symoro_elastic.numerics.guarantees.box import Parts
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval
-from symoro_elastic.numerics.guarantees.running_error import UPWARDS, Bounds
+from symoro_elastic.numerics.guarantees.running_error import UPWARDS, Bounds, Known
 from symoro_elastic.symbolic.arithmetic import Arithmetic
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
-from symoro_elastic.symbolic.operations import OPERATIONS, SIGN, SYMBOL
+from symoro_elastic.symbolic.operations import COS, OPERATIONS, SIGN, SIN, SYMBOL
+
+MOST_NUMBERS = 5e7
+"""Limit of the number of slopes (adjoints, results, sub-boxes, variables); intervals are used beyond it."""
 
 
 @dataclass(frozen=True)
 class Computed:
-    """The values of nodes as the program computes them, in an arithmetic, and how it takes an interval."""
+    """Computed values of nodes in an arithmetic, and the conversion of intervals to it."""
 
     of: Callable[[Operand], Any]
     arithmetic: Arithmetic[Any]
-    taken: Callable[[Interval], Any]
+    from_interval: Callable[[Interval], Any]
 
     @classmethod
     def in_intervals(cls, bounds: Bounds) -> Computed:
-        """As intervals."""
+        """Computed values as intervals."""
         return cls(bounds.computed, INTERVALS, lambda x: x)
 
     @classmethod
     def in_forms(cls, forms: Forms) -> Computed:
-        """As affine forms (lemma 9)."""
+        """Computed values as affine forms (lemma 9)."""
         return cls(forms.of, AFFINE, of_interval)
 
 
 def errors_by_adjoints(
     nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, forms: Forms | None = None
 ) -> Array:
-    """The error of each result, by sub-box: results along the first axis; infinite where it is not bounded.
+    """Error bounds (results, sub-boxes); infinite where there is none.
 
-    `bounds` are those of the nodes by lemma 1; with `forms` the smaller one of both adjoints of a node counts.
+    `bounds` are those of the nodes by lemma 1; with `forms` the smaller adjoint of a node counts.
     """
     total = np.zeros((len(results), *bounds.shape))
     for row, x in zip(total, results, strict=True):
         row[...] = 0.0 if type(x) is Expression else bounds.error_of(x)
     with np.errstate(all="ignore"):
-        found = perturbations(nodes, results, bounds, Computed.in_intervals(bounds))
+        by_intervals = perturbations(nodes, results, bounds, Computed.in_intervals(bounds))
         if forms is None:
-            for adjoint, local in found:
+            for adjoint, local in by_intervals:
                 total += adjoint * local * UPWARDS
         else:
             by_forms = perturbations(nodes, results, bounds, Computed.in_forms(forms))
-            for (adjoint, local), (other, _) in zip(found, by_forms, strict=True):
+            for (adjoint, local), (other, _) in zip(by_intervals, by_forms, strict=True):
                 total += np.fmin(adjoint, other) * local * UPWARDS
     return np.where(np.isfinite(total), total * (1 + len(nodes) * 2.0**-50), np.inf)
 
@@ -78,15 +98,15 @@ def errors_by_adjoints(
 def perturbations(
     nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, computed: Computed
 ) -> Iterator[tuple[Array, Array]]:
-    """The largest magnitude of the adjoint of each perturbation, over perturbed values, and its size.
+    """Perturbations: the largest magnitude of the adjoint, over perturbed values, and the size.
 
     Adjoints have the results along their first axis. Perturbations are the roundings of operations, of numbers in the
-    text, and of arguments that are narrowed, and errors of signs.
+    text and of narrowed arguments, and errors of signs.
     """
     adjoints: dict[int, Any] = {}
     for k, x in enumerate(results):
         if type(x) is Expression:
-            _add(adjoints, x, computed.taken(_unit(k, len(results), bounds.shape)))
+            add_adjoint(adjoints, x, computed.from_interval(_unit(k, len(results), bounds.shape)))
     for node in reversed(nodes):
         adjoint = adjoints.pop(node.id, None)
         if adjoint is None:
@@ -99,17 +119,87 @@ def perturbations(
         parts = rule(computed.arithmetic.operations, computed.of(node), operands).back(adjoint)
         for operand, part in zip(node.operands, parts, strict=True):
             if type(operand) is Expression:
-                _add(adjoints, operand, part)
+                add_adjoint(adjoints, operand, part)
             elif np.any(error := bounds.error_of(operand)):
                 yield part.magnitude, error
 
 
 def _unit(k: int, count: int, shape: tuple[int, ...]) -> Interval:
-    """The derivatives of all results by result k."""
-    one = np.zeros((count, *shape))
-    one[k] = 1.0
-    return Interval(one, one)
+    """The unit adjoint of result k, by result and sub-box."""
+    unit = np.zeros((count, *shape))
+    unit[k] = 1.0
+    return Interval(unit, unit)
 
 
-def _add(adjoints: dict[int, Any], x: Expression, part: Any) -> None:
+def add_adjoint(adjoints: dict[int, Any], x: Expression, part: Any) -> None:
+    """Add a part to the adjoint of a node."""
     adjoints[x.id] = adjoints[x.id] + part if x.id in adjoints else part
+
+
+@dataclass(frozen=True)
+class Forms:
+    """The computed values of nodes, by number, as affine forms of the variables of a box."""
+
+    bounds: Bounds
+    of_nodes: Mapping[int, Affine]
+
+    def of(self, x: Operand) -> Affine:
+        """The form of a node or of a constant of the text."""
+        return self.of_nodes[x.id] if type(x) is Expression else of_interval(self.bounds.computed(x))
+
+    def narrowing(self) -> Known:
+        """Functions that narrow ranges of nodes to those of their forms, by number."""
+        return {number: _Intersection(self.bounds.range[number], x.range) for number, x in self.of_nodes.items()}
+
+
+@dataclass(frozen=True)
+class _Intersection:
+    """Intersection with the earlier interval of a node and with that of its form."""
+
+    before: Interval
+    by_form: Interval
+
+    def __call__(self, values: Interval) -> Interval:
+        return values.meeting(self.before).meeting(self.by_form)
+
+
+def forms_of(nodes: Sequence[Expression], bounds: Bounds, parts: Parts, results: int = 0) -> Forms | None:
+    """The forms of nodes in order over sub-boxes, from their bounds by lemma 1; None where these are too many.
+
+    With `results` that counts their adjoints, too.
+    """
+    names = [name for name, x in parts.items() if np.any(x.low < x.high)]
+    angles = _angles(nodes)
+    count = len(names) + 2 * len(angles)
+    if not names or len(nodes) * (1 + results) * np.prod(bounds.shape) * count > MOST_NUMBERS:
+        return None
+    symbols = {
+        name: variable(x, names.index(name), count) if name in names else of_interval(x) for name, x in parts.items()
+    }
+    of_nodes: dict[int, Affine] = {}
+    forms = Forms(bounds, of_nodes)
+    with np.errstate(all="ignore"):
+        for node in nodes:
+            of_nodes[node.id] = _form(node, forms, symbols)
+            if node.id in angles and of_nodes[node.id].slopes.shape[-1] == count:
+                number = len(names) + 2 * angles[node.id]
+                of_nodes[node.id].of_circle = number, number + 1
+    return forms
+
+
+def _angles(nodes: Sequence[Expression]) -> dict[int, int]:
+    """Position by number of the nodes that are angles of sines and cosines."""
+    of = (node.operands[0] for node in nodes if node.operation in (SIN, COS))
+    return {number: k for k, number in enumerate(dict.fromkeys(x.id for x in of if type(x) is Expression))}
+
+
+def _form(node: Expression, forms: Forms, symbols: Mapping[str, Affine]) -> Affine:
+    """The form of a node as it is computed, from those of its operands."""
+    computed = forms.bounds.computed(node)
+    if node.level == Level.CONSTANT or node.operation == SIGN:
+        return of_interval(computed)
+    if node.operation == SYMBOL:
+        form = symbols[str(node.operands[0])]
+    else:
+        form = AFFINE.operations[node.operation](*map(forms.of, node.operands))
+    return form.widen(forms.bounds.local[node.id]).at_most(computed)

@@ -8,9 +8,9 @@ from typing import Any
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import dots, legend
 from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.numerics.evaluation.quantile_bound import CONFIDENCE
 from symoro_elastic.numerics.guarantees.certificate import Certificate
 from symoro_elastic.numerics.guarantees.certificates import Certificates
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE
 
 MOST_ENTRIES = 60
 
@@ -27,14 +27,14 @@ def _(found: Certificate) -> dict[str, Plot | str]:
 @figures_of.register
 def _(found: Certificates) -> dict[str, Plot | str]:
     """Return errors_<model>_<precision> for each certificate."""
-    plots = {f"errors_{one.model}_{one.precision}": figures_of(one)["errors"] for one in found.certificates}
+    plots = {f"errors_{x.model}_{x.precision}": figures_of(x)["errors"] for x in found.certificates}
     return plots or {"errors": "there is no certificate"}
 
 
 def _errors(found: Certificate, axes: Any) -> None:
     shown = found.entries[:MOST_ENTRIES]
     likely = f"with {CONFIDENCE:.0%} confidence"
-    errors = {"proven": [one.error for one in shown], likely: [one.likely for one in shown]}
-    dots(axes, errors, [f"{one.name} {one.entry}".strip() for one in shown])
+    errors = {"proven": [entry.error for entry in shown], likely: [entry.likely for entry in shown]}
+    dots(axes, errors, [f"{entry.name} {entry.entry}".strip() for entry in shown])
     axes.set_xlabel("error, in units of the result")
     legend(axes)

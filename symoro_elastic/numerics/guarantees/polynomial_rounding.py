@@ -1,4 +1,4 @@
-"""Proven rounding errors of polynomials: each operation's error times the derivative of the result by it.
+"""Proven rounding errors of polynomials: sums of the errors of operations times derivatives of the result by them.
 
 **Lemma.** Let operation i of a program without quotients be wrong by e_i, at most w_i u times the magnitude of its
 exact value from computed operands, z_i its value, a_i the derivative of the result by it. Then
@@ -24,18 +24,32 @@ their squares. Functions of slides and arcs are at most 1, as is each product of
 
     sup |a_i z_i| <= sum over harmonics, and products of the motion, of these roots.
 
-Most of this sum is bounded at once, on a grid of some angles (`sum_on_grid.py`): no state has all parts at their
-largest. Variables that stand inside of sines and outside are two (`separated.py`). The bound of the first torque of a
+Most of this sum is bounded at once, on a grid of some angles: no state has all parts at their
+largest. Variables that stand inside of sines and outside are two (`polynomials.py`). The bound of the first torque of a
 heavy arm on whole turns is 19 times the worst error found: 7 times because not all errors add up there, 1.5 times for
 powers of two, which vary by state, 1.2 times for products of the motion; the rest is lost in positions.
+
+**A sum on a grid.** The largest value of sum w_i |f_i| is less than the sum of their largest. *Lemma.* Let f_i(x, y, s)
+be polynomials of positions x, of positions y and of the motion s. Each is a sum, over the products of s and over the
+harmonics of y, of polynomials c_ik(x). With |c|_k the magnitude of the coefficients of one harmonic (for turns the root
+of the sum of squares of those of cosine and sine; each other function is at most 1),
+
+    sum w_i |f_i(x, y, s)| <= S(x) = sum_i w_i sum_k |c_ik(x)|  <=  product of 1/cos(pi m_j/N_j) max of S over a grid
+
+where x_j is an axis of order m_j with N_j points. *Proof.* The first part are the triangle inequality and that of
+Cauchy. |c|_k is the largest of linear combinations of its coefficients, so S is the largest of a family of fixed
+linear combinations of polynomials of x, which are polynomials of the same orders: lemma 4 holds for it (`axes.py`).
+
+Few x are enough: those for which the sum falls most, as a sample of the f_i shows, and as many as are worth their work.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
@@ -43,32 +57,56 @@ from typing import NamedTuple
 import numpy as np
 
 from symoro_elastic.codegen.c.printers import is_given
+from symoro_elastic.foundation.array_types import AnyArray
 from symoro_elastic.numerics.guarantees.axes import TURN, UNIT, Axis, of_harmonics
 from symoro_elastic.numerics.guarantees.box import Box
-from symoro_elastic.numerics.guarantees.coefficients import Polynomial, circular, constants, number, values_of, variable
-from symoro_elastic.numerics.guarantees.degrees import NotPolynomial
+from symoro_elastic.numerics.guarantees.largest_value import axes_of
+from symoro_elastic.numerics.guarantees.polynomials import (
+    NotPolynomial,
+    Polynomial,
+    circular,
+    constants,
+    degrees_of,
+    number,
+    polynomial_of,
+    separate_sides,
+    values_of,
+    variable,
+)
 from symoro_elastic.numerics.guarantees.running_error import OF_CIRCLE, Rounding, constant_error, is_power_of_two, ufp
-from symoro_elastic.numerics.guarantees.separated import separated
-from symoro_elastic.numerics.guarantees.sum_on_grid import SumOnGrid, best_ratios, coefficients_of, heaviest
-from symoro_elastic.numerics.guarantees.surface import axes_of, degrees_of, numbers_in
 from symoro_elastic.symbolic import operations
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIN, SYMBOL
 
 MOST_NODES = 40_000
 SHARE = 0.96
-"""Of the first sum, what is bounded together."""
+"""Fraction of the first sum that is bounded on a grid."""
 BELOW_ONE = 0.5
 """The largest power of two below 1."""
-SAMPLED, MOST_SAMPLED = 12, 8
-"""Summands that decide which grid is used, and the most polynomials of each."""
+SAMPLED = 12
+"""Number of summands from which the grid is chosen."""
+MOST_SAMPLED = 8
+"""Number of largest polynomials by sampled summand."""
+RATIOS = (8, 10, 12, 16)
+"""Points of a grid over the order of the axis: factors of 1.08, 1.05, 1.04 and 1.02."""
+MOST_WORK = 5e9
+"""Limit of the work (values of coefficients) on a grid."""
+PRICE = 0.05
+"""Exponent of work: twice as much of it has to make a bound smaller by 3 % (2^-0.05)."""
+MOST_AXES = 3
+AT_ONCE = 2**18
+"""Values of coefficients that fit the processor's cache."""
+ONE = np.ones((1, 1), np.float32)
+"""The basis of an axis that polynomials do not depend on."""
+SINGLE_UNIT = 2.0**-24
+OUTWARDS = 1 + 1e-6
 
 
 @dataclass(frozen=True)
 class RoundingBound:
-    """A proven bound of a result's rounding error, in its unit; `crude` is that of sums of magnitudes alone.
+    """A proven bound of a result's rounding error, in its unit; `crude` uses sums of magnitudes only.
 
-    `bound` is infinite, and `reason` says why, where the result is no polynomial.
+    `bound` is infinite, and `reason` says why, where the result is not a polynomial.
     """
 
     bound: float
@@ -78,31 +116,31 @@ class RoundingBound:
 
 @dataclass(frozen=True)
 class _Program:
-    """What the sweeps need: nodes in order, constants, values at the nodes of the axes, and which nodes are angles."""
+    """A program for the sweeps: nodes in order, constants, values at the nodes of the axes, numbers of angles."""
 
     nodes: Sequence[Expression]
     axes: Sequence[Axis]
-    known: Mapping[int, float]
+    constants: Mapping[int, float]
     values: Mapping[int, Polynomial]
     angles: Collection[int]
     numbers: Mapping[str, float]
 
     @cached_property
-    def grown(self) -> float:
-        """At least what errors of values at the nodes are multiplied by."""
+    def amplification(self) -> float:
+        """Bound of the factor from errors of values at the nodes to errors of the polynomial."""
         return math.prod(axis.amplification for axis in self.axes)
 
     @cached_property
     def spread(self) -> float:
-        """At least the relative error of coefficients from values at the nodes, over `grown`."""
+        """Bound of the relative error of coefficients from values at the nodes, over `amplification`."""
         return sum(axis.mismatch + 2 * axis.basis_error + 8 * len(axis.orders) * UNIT for axis in self.axes)
 
     def missing(self, x: Polynomial) -> float:
-        """At least the sum of errors of a polynomial's coefficients, from its values at the nodes."""
-        return x.size * len(x.terms) * (x.roundings * UNIT + self.spread) * self.grown
+        """Bound of the sum of errors of a polynomial's coefficients, from its values at the nodes."""
+        return x.size * len(x.terms) * (x.roundings * UNIT + self.spread) * self.amplification
 
     def value(self, x: Operand) -> Polynomial:
-        return self.values[x.id] if type(x) is Expression else number(float(x))
+        return polynomial_of(x, self.values)
 
 
 def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound:
@@ -114,15 +152,15 @@ def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound
     if type(root) is not Expression:
         error = float(constant_error(root, rounding))
         return RoundingBound(error, error)
-    (copy,), box = separated([root], box, signs=not rounding.is_mixed)
+    (copy,), box = separate_sides([root], box, signs=not rounding.is_mixed)
     root = copy if type(copy) is Expression else root
     try:
         if rounding.is_mixed:
             _refuse_narrow_angles(reachable([root]))
-        found = degrees_of(root, box)
-        axes = axes_of(found, box)
+        degrees = degrees_of([root], box)
+        axes = axes_of(degrees, box)
         few = math.prod(len(axis.nodes) for axis in axes) <= MOST_NODES
-        motion = sorted({*found.powers} - {axis.name for axis in axes})
+        motion = sorted({*degrees.powers} - {axis.name for axis in axes})
         program = _program(reachable([root]), axes, box, motion, few)
     except NotPolynomial as error:
         return RoundingBound(math.inf, math.inf, str(error))
@@ -130,67 +168,66 @@ def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound
 
 
 def _program(nodes: Sequence[Expression], axes: Sequence[Axis], box: Box, motion: Sequence[str], few: bool) -> _Program:
-    numbers = numbers_in(box)
+    numbers = box.numbers
     moving = {name: variable(k, box.ranges[name]) for k, name in enumerate(motion)}
-    unused = {str(node.operands[0]): number(0.0) for node in nodes if node.operation == SYMBOL}
-    given = {name: number(x, 0) for name, x in numbers.items()}
-    known = constants(nodes, {})
-    _refuse_work_on_parameters(nodes, known)
-    values = dict(values_of(nodes, unused | given | moving | _at_nodes(axes, few), known))
+    fixed = {name: number(x, 0) for name, x in numbers.items()}
+    constant_values = constants(nodes, {})
+    _refuse_work_on_parameters(nodes, constant_values)
+    values = values_of(nodes, fixed | moving | _at_nodes(axes, few), constant_values)
     angles: set[int] = set()
     for node in reversed(nodes):
         if node.operation in (SIN, COS) or (node.id in angles and node.operation != SYMBOL):
             angles |= {x.id for x in node.operands if type(x) is Expression}
-    return _Program(nodes, axes, known, values, angles, numbers)
+    return _Program(nodes, axes, constant_values, values, angles, numbers)
 
 
 def _at_nodes(axes: Sequence[Axis], few: bool) -> dict[str, Polynomial]:
-    """Return the positions at all nodes, or in the middle only; their size is that over the whole range."""
-    found = {}
+    """Return the positions at all nodes, or in the middle only; their size is that over the range."""
+    positions = {}
     for j, axis in enumerate(axes):
         nodes = axis.nodes if few else np.array([axis.middle])
         size = max(abs(axis.low), abs(axis.high), float(np.abs(nodes).max()))
-        found[axis.name] = Polynomial({(): nodes.reshape([-1 if k == j else 1 for k in range(len(axes))])}, size, 0)
-    return found
+        positions[axis.name] = Polynomial({(): nodes.reshape([-1 if k == j else 1 for k in range(len(axes))])}, size, 0)
+    return positions
 
 
 def _refuse_narrow_angles(nodes: Sequence[Expression]) -> None:
-    """In mixed precision some sines are those of angles in single precision."""
+    """Raise `NotPolynomial` for sines of angles in single precision, as in mixed precision."""
     for node in nodes:
         if node.operation in (SIN, COS) and node.level == Level.STATE and not is_given(node.operands[0]):
             raise NotPolynomial("an angle is computed in single precision")
 
 
-def _refuse_work_on_parameters(nodes: Sequence[Expression], known: Collection[int]) -> None:
+def _refuse_work_on_parameters(nodes: Sequence[Expression], constant_values: Collection[int]) -> None:
     for node in nodes:
-        if node.id not in known and node.operation not in _PARTIALS and node.operation != SYMBOL:
+        if node.id not in constant_values and node.operation not in _PARTIALS and node.operation != SYMBOL:
             raise NotPolynomial(f"its {node.operation} works on parameters: fold them to numbers")
-        if node.operation == operations.DIVIDE and node.id not in known:
+        if node.operation == operations.DIVIDE and node.id not in constant_values:
             divisor = node.operands[1]
-            if type(divisor) is Expression and divisor.id not in known:
+            if type(divisor) is Expression and divisor.id not in constant_values:
                 raise NotPolynomial("it divides by parameters: fold them to numbers")
 
 
 def _bound(program: _Program, root: Expression, rounding: Rounding, refined: bool) -> RoundingBound:
     u = rounding.u
-    crude = rest = 0.0
+    crude = second_sum = 0.0
     sums: list[_Summand] = []
     for node, a in _derivatives(program, root):
         z = program.value(node)
         weight, relative, added = _weights(node, rounding, program)
         part, count = a.size * ((weight + relative) * z.size + added), a.roundings + z.roundings + 1
         crude += part
-        rest += part * math.expm1(count * math.log1p(u)) + a.size * rounding.least / u
+        second_sum += part * math.expm1(count * math.log1p(u)) + a.size * rounding.least / u
         if not refined or not part:
             continue
         sums.append(_summand(node, a, program, (weight, relative, added), math.expm1(count * math.log1p(u))))
     outwards = (1 + 4e-9) * u  # numbers in single precision are rounded twice, from text and from double
     first = min(_first_sum(program, root, sums), crude) if refined else crude
-    return RoundingBound((first + rest) * outwards, (crude + rest) * outwards)
+    return RoundingBound((first + second_sum) * outwards, (crude + second_sum) * outwards)
 
 
 class _Summand(NamedTuple):
-    """Of a node: its part of the first sum is at most `weight` |a z|, or |a| if `is_alone`, and `added`.
+    """The part of a node in the first sum: at most `weight` |a z|, or |a| if `is_alone`, plus `added`.
 
     `largest` bounds the first of the two.
     """
@@ -205,7 +242,7 @@ class _Summand(NamedTuple):
 def _summand(
     node: Expression, a: Polynomial, program: _Program, errors: tuple[float, float, float], growth: float
 ) -> _Summand:
-    """Return the part of a node: the smaller one of two; computed values are larger by `growth` of their size."""
+    """Return the smaller form of the part of a node; computed values are larger by up to `growth` of their size."""
     weight, relative, added = errors
     z, alone = program.value(node), _largest(a, program)
     is_angle = node.id in program.angles
@@ -216,40 +253,40 @@ def _summand(
     if is_angle:
         return _Summand(node.id, True, of_a, alone * of_a, 0.0)
     product = a * z
-    if of_a * _largest_seen(a) <= (weight + relative) * _largest_seen(product) + added * _largest_seen(a):
+    if of_a * _largest_at_nodes(a) <= (weight + relative) * _largest_at_nodes(product) + added * _largest_at_nodes(a):
         return _Summand(node.id, True, of_a, alone * of_a, 0.0)
     return _Summand(node.id, False, weight + relative, (weight + relative) * _largest(product, program), added * alone)
 
 
-def _largest_seen(x: Polynomial) -> float:
+def _largest_at_nodes(x: Polynomial) -> float:
     """Return the largest sum of magnitudes of coefficients at a node of the axes."""
     return float(np.max(sum((np.abs(values) for values in x.terms.values()), np.zeros(()))))
 
 
 def _first_sum(program: _Program, root: Expression, sums: Sequence[_Summand]) -> float:
-    """Return a bound of the first sum: its largest parts, or most of it on a grid and the rest."""
-    alone = sum(one.largest + one.added for one in sums)
+    """Return a bound of the first sum: from its largest parts on a grid, the others individually."""
+    alone = sum(summand.largest + summand.added for summand in sums)
     if not sums or not program.axes:
         return alone
-    chosen = [sums[k] for k in heaviest((one.largest for one in sums), SHARE)]
-    parts = {one.node: one for one in chosen}
+    largest = [sums[k] for k in heaviest((summand.largest for summand in sums), SHARE)]
+    parts = {summand.node: summand for summand in largest}
 
     def products(numbers: Collection[int]) -> Iterator[tuple[_Summand, Polynomial]]:
         for node, a in _derivatives(program, root):
             if node.id in numbers:
-                one = parts[node.id]
-                yield one, a if one.is_alone else a * program.value(node)
+                summand = parts[node.id]
+                yield summand, a if summand.is_alone else a * program.value(node)
 
-    ratios = _ratios(program, products, chosen)
+    ratios = _ratios(program, products, largest)
     if not ratios:
         return alone
     grid, missing = SumOnGrid(program.axes, ratios), 0.0
-    for one, x in products(parts):
-        missing += one.weight * program.missing(x)
+    for summand, x in products(parts):
+        missing += summand.weight * program.missing(x)
         for part in coefficients_of(x, program.axes):
-            grid.add(one.weight, part)
-    others = alone - sum(one.largest for one in chosen)
-    return min(alone, grid.bound + missing * grid.factor + others * (1 + 1e-9))
+            grid.add(summand.weight, part)
+    remaining = alone - sum(summand.largest for summand in largest)
+    return min(alone, grid.bound + missing * grid.factor + remaining * (1 + 1e-9))
 
 
 def _ratios(
@@ -257,42 +294,40 @@ def _ratios(
     products: Callable[[Collection[int]], Iterator[tuple[_Summand, Polynomial]]],
     chosen: Sequence[_Summand],
 ) -> Mapping[int, int]:
-    """Return the grid that is best for a sample: summands evenly along the sum, of each the largest polynomials."""
-    reached = np.cumsum([one.largest for one in chosen])
-    places = np.searchsorted(reached, (np.arange(SAMPLED) + 0.5) * (reached[-1] / SAMPLED))
+    """Return the best grid for a sample: summands evenly along the cumulative sum, with their largest polynomials."""
+    cumulative = np.cumsum([summand.largest for summand in chosen])
+    places = np.searchsorted(cumulative, (np.arange(SAMPLED) + 0.5) * (cumulative[-1] / SAMPLED))
     numbers = Counter(chosen[k].node for k in places)
     sample = []
     shapes: Counter[tuple[int, ...]] = Counter()
-    for one, x in products({one.node for one in chosen}):
+    for summand, x in products({summand.node for summand in chosen}):
         values = [np.asarray(v) for v in x.terms.values()]
         shapes.update(v.shape if v.ndim else (1,) * len(program.axes) for v in values)
-        if one.node in numbers:
+        if summand.node in numbers:
             largest = sorted(x.terms, key=lambda key: -float(np.abs(x.terms[key]).max()))[:MOST_SAMPLED]
             part = Polynomial({key: x.terms[key] for key in largest}, x.size, x.roundings)
-            sample.append((numbers[one.node] / (_largest(x, program) or 1.0), [*coefficients_of(part, program.axes)]))
+            sample.append(
+                (numbers[summand.node] / (_largest(x, program) or 1.0), [*coefficients_of(part, program.axes)])
+            )
     return best_ratios(program.axes, sample, shapes)
 
 
 def _derivatives(program: _Program, root: Expression) -> Iterator[tuple[Expression, Polynomial]]:
-    """Yield the nodes that are computed or are constants, users first, with the derivative of the root by each."""
-    found = {root.id: _ONE}
+    """Yield computed and constant nodes, users first, with the derivatives of the root by them."""
+    derivatives = {root.id: _ONE}
     for node in reversed(program.nodes):
-        a = found.pop(node.id, None)
+        a = derivatives.pop(node.id, None)
         if a is None:
             continue
         yield node, a
-        if node.id in program.known or node.operation == SYMBOL:
+        if node.id in program.constants or node.operation == SYMBOL:
             continue
-        for x, partial in zip(node.operands, _partials(node, [*map(program.value, node.operands)]), strict=True):
+        for x, partial in zip(
+            node.operands, _PARTIALS[node.operation]([*map(program.value, node.operands)]), strict=True
+        ):
             if type(x) is Expression:
-                own = a * partial if isinstance(partial, Polynomial) else a if partial > 0 else -a
-                found[x.id] = found[x.id] + own if x.id in found else own
-
-
-def _partials(node: Expression, x: Sequence[Polynomial]) -> tuple[Polynomial | int, ...]:
-    """Return the derivative by each operand, a polynomial or a sign; a divisor is a constant, rounded once."""
-    found: tuple[Polynomial | int, ...] = _PARTIALS[node.operation](x)
-    return found
+                contribution = a * partial if isinstance(partial, Polynomial) else a if partial > 0 else -a
+                derivatives[x.id] = derivatives[x.id] + contribution if x.id in derivatives else contribution
 
 
 _ONE = number(1.0, 0)
@@ -308,8 +343,8 @@ _PARTIALS: dict[str, Callable[[Sequence[Polynomial]], tuple[Polynomial | int, ..
 
 
 def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[float, float, float]:
-    """Return the errors of an operation: own and of constant factors by u and value; of added constants by u."""
-    if node.id in program.known:
+    """Return error coefficients of an operation: rounding and constant factors by u and value, added constants by u."""
+    if node.id in program.constants:
         return 1.0, 0.0, 0.0
     is_angle = node.id in program.angles
     if node.operation == SYMBOL:
@@ -332,17 +367,160 @@ def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[f
 
 
 def _of_numbers(node: Expression, rounding: Rounding) -> float:
-    """Return the errors of the numbers that are operands, by u."""
+    """Return the sum of errors of constant operands over u."""
     return sum(float(constant_error(x, rounding)) for x in node.operands if type(x) is not Expression) / rounding.u
 
 
 def _largest(x: Polynomial, program: _Program) -> float:
     """Return a bound of the largest value, with free signs of the motion, from values at all nodes."""
-    found = program.missing(x)
+    bound = program.missing(x)
     for coefficients in coefficients_of(x, program.axes):
         squares = coefficients * coefficients
         for j, axis in enumerate(program.axes, start=1):
             if axis.kind == TURN:
                 squares = of_harmonics(squares, j)
-        found += float(np.sqrt(squares).sum())
-    return min(found * (1 + 1e-9), x.size * (1 + 1e-9))
+        bound += float(np.sqrt(squares).sum())
+    return min(bound * (1 + 1e-9), x.size * (1 + 1e-9))
+
+
+@dataclass
+class SumOnGrid:
+    """Bound of a weighted sum of magnitudes on a grid of some axes; `ratios` are points over order, by axis.
+
+    Sums are computed in single precision; `off` bounds that rounding. Errors of the coefficients themselves are not
+    included.
+    """
+
+    axes: Sequence[Axis]
+    ratios: Mapping[int, int]
+    total: AnyArray = field(default_factory=lambda: np.zeros(()))
+    off: float = 0.0
+
+    def __post_init__(self) -> None:
+        rows = ((j, axis, self.ratios.get(j)) for j, axis in enumerate(self.axes))
+        self._bases = {j: axis.basis(axis.grid(r, max(axis.orders))).astype(np.float32) for j, axis, r in rows if r}
+
+    @property
+    def factor(self) -> float:
+        """Bound of the ratio of the sum to its largest value on the grid."""
+        return math.prod(1 / math.cos(math.pi / ratio) for ratio in self.ratios.values()) * OUTWARDS
+
+    @property
+    def bound(self) -> float:
+        """Bound of the largest value of the sum."""
+        return (float(self.total.max()) + self.off) * self.factor
+
+    def add(self, weight: float, coefficients: AnyArray) -> None:
+        """Add polynomials of the same shape, by their coefficients (polynomials, functions by axis)."""
+        for polynomial in coefficients:
+            self._add(weight, polynomial)
+
+    def _add(self, weight: float, coefficients: AnyArray) -> None:
+        scale = float(np.abs(coefficients).max()) or 1.0
+        weight, sums = weight * scale, float(np.abs(coefficients).sum()) / scale
+        gridded = sorted(self._bases)
+        others = [j for j in range(len(self.axes)) if j not in self._bases]
+        ordered = (coefficients / scale).transpose(*others, *gridded)
+        shape = [*ordered.shape]
+        values: AnyArray = np.ascontiguousarray(ordered, dtype=np.float32)
+        bases = [self._bases[j] if coefficients.shape[j] > 1 else ONE for j in gridded] or [ONE]
+        for place, basis in reversed([*enumerate(bases[1:], start=len(others) + 1)]):
+            if shape[place] > 1:
+                values = np.matmul(basis, values.reshape(math.prod(shape[:place]), shape[place], -1))
+                shape[place] = len(basis)
+        values = values.reshape(*shape[: len(others)], len(bases[0].T), -1)
+        rows, magnitudes = self._sum_of_magnitudes(values, bases[0], others)
+        points = (len(bases[0]), *shape[len(others) + 1 :]) if gridded else ()
+        steps = 4 + sum(len(self.axes[j].orders) + 4 for j in gridded if coefficients.shape[j] > 1)
+        self.total = self.total + weight * (1 + (rows + 16) * SINGLE_UNIT) * magnitudes.reshape(points).astype(float)
+        self.off += weight * steps * SINGLE_UNIT * sums * OUTWARDS
+
+    def _sum_of_magnitudes(self, values: AnyArray, basis: AnyArray, others: Sequence[int]) -> tuple[int, AnyArray]:
+        """Return the number of added magnitudes, and their sum (points of the first axis of the grid, other points).
+
+        `values` are (functions of the other axes, functions of the first axis, other points).
+        """
+        *lead, _, count = values.shape
+        sums = np.empty((len(basis), count), np.float32)
+        step = max(1, AT_ONCE // (math.prod(lead) * count))
+        for start in range(0, len(basis), step):
+            part = basis[start : start + step]
+            squares = np.matmul(part, values).reshape(*lead, -1)
+            np.multiply(squares, squares, out=squares)
+            for place, j in enumerate(others):
+                if self.axes[j].kind == TURN:
+                    squares = of_harmonics(squares, place)
+            magnitudes = np.sqrt(squares, out=squares)
+            sums[start : start + step] = magnitudes.sum(axis=tuple(range(len(others)))).reshape(-1, count)
+        return math.prod(magnitudes.shape[:-1]), sums
+
+
+def coefficients_of(x: Polynomial, axes: Sequence[Axis]) -> Iterator[AnyArray]:
+    """Yield the coefficients of a polynomial, from its values at the nodes of axes, stacked by shape.
+
+    Every axis is transformed as the first one and becomes the last.
+    """
+    shapes: defaultdict[tuple[int, ...], list[AnyArray]] = defaultdict(list)
+    for values in map(np.asarray, x.terms.values()):
+        shape = values.shape or (1,) * len(axes)
+        shapes[shape].append(values.reshape(shape))
+    for of_shape in shapes.values():
+        coefficients = np.stack(of_shape, axis=-1)
+        for axis in axes:
+            rows = coefficients.reshape(len(coefficients), -1)
+            rows = axis.from_values @ rows if len(rows) > 1 else rows
+            coefficients = rows.T.reshape(*coefficients.shape[1:], len(rows))
+        yield coefficients
+
+
+Sample = Sequence[tuple[float, Sequence[AnyArray]]]
+"""Weights, and coefficients of polynomials by shape."""
+
+
+def best_ratios(axes: Sequence[Axis], sample: Sample, numbers: Mapping[tuple[int, ...], int]) -> Mapping[int, int]:
+    """Return the grid with the best ratio of bound and work for a sample, within `MOST_WORK`; empty without gain.
+
+    `numbers` are the numbers of polynomials by shape.
+    """
+    best, least = {}, _bound_on(axes, {}, sample) * _work(axes, {}, numbers) ** PRICE
+    chosen: dict[int, int] = {}
+    for _ in range(min(MOST_AXES, len(axes))):
+        more = [chosen | {j: RATIOS[0]} for j, axis in enumerate(axes) if j not in chosen and max(axis.orders)]
+        candidates = [(_bound_on(axes, x, sample), x) for x in more if _work(axes, x, numbers) <= MOST_WORK]
+        if not candidates:
+            break
+        sample_bound, chosen = min(candidates, key=lambda pair: pair[0])
+        for ratio in RATIOS:
+            finer = dict.fromkeys(chosen, ratio)
+            work = _work(axes, finer, numbers)
+            bound = sample_bound * SumOnGrid(axes, finer).factor / SumOnGrid(axes, chosen).factor * work**PRICE
+            if bound < least and work <= MOST_WORK:
+                best, least = finer, bound
+    return best
+
+
+def _bound_on(axes: Sequence[Axis], ratios: Mapping[int, int], sample: Sample) -> float:
+    grid = SumOnGrid(axes, ratios)
+    for weight, parts in sample:
+        for part in parts:
+            grid.add(weight, part)
+    return grid.bound
+
+
+def _work(axes: Sequence[Axis], ratios: Mapping[int, int], numbers: Mapping[tuple[int, ...], int]) -> float:
+    """Work of polynomials on a grid: number of values of coefficients."""
+    points = {j: len(axes[j].grid(ratio, max(axes[j].orders))) for j, ratio in ratios.items()}
+    sizes = (
+        count * math.prod(points.get(j, n) if n > 1 else 1 for j, n in enumerate(shape))
+        for shape, count in numbers.items()
+    )
+    return float(sum(sizes))
+
+
+def heaviest(weights: Iterable[float], share: float) -> list[int]:
+    """Return the indices of the largest weights whose sum is a `share` of the total, largest first."""
+    sizes = np.array([*weights])
+    order = np.argsort(-sizes)
+    sums = np.cumsum(sizes[order])
+    count = int(np.searchsorted(sums, share * sums[-1])) + 1 if len(sizes) else 0
+    return [int(k) for k in itertools.islice(order, count)]

@@ -1,4 +1,4 @@
-"""Lemma 1, the running error bound: how far each computed value is from the exact one.
+"""Lemma 1, the running error bound: bounds of the errors of all computed values.
 
 A program computes z~ = op(x~, y~) + e where exact arithmetic has z = op(x, y); x~ and y~ are at most E_x and E_y off.
 Then |z~ - z| <= E_z by recursion, with the products of errors kept:
@@ -24,40 +24,26 @@ import numpy as np
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval
-from symoro_elastic.numerics.guarantees.shares import is_smooth_sign, is_wide, of_smooth_sign, passed_in_shares
+from symoro_elastic.numerics.guarantees.shares import error_in_shares, is_smooth_sign, is_wide, of_smooth_sign
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Constant, Expression, Level, Operand
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-)
 
 UPWARDS = 1 + 2.0**-48
-"""Errors are sums and products of at most ten numbers that are not negative: this covers their own rounding."""
+"""Factor that covers the rounding of error bounds, which are sums and products of at most ten nonnegative numbers."""
 NEARLY = Fraction(999, 1000)
-EXACT = (NEGATE, SIGN, MINIMUM, MAXIMUM)
-"""Operations that round nothing."""
+EXACT = (op.NEGATE, op.SIGN, op.MINIMUM, op.MAXIMUM)
+"""Operations without rounding."""
 OF_CIRCLE, OF_ARC = 3.0, 4.0
 """Roundings of a sine or cosine (1.5 ulp), and of an arc tangent (2 ulp), in units of u ufp."""
 
 
 @dataclass(frozen=True)
 class Rounding:
-    """The rounding of a precision: half of the distance of numbers at 1, and that of the smallest numbers.
+    """The rounding of a precision: unit roundoff `u`, and half of the smallest number `least`.
 
-    `u_angle` is that of the arithmetic in which angles and their sines are computed; where it is not `u`, arguments are
-    rounded before they are used for anything else.
+    `u_angle` is the unit roundoff of angles and their sines; if it differs from `u`, arguments are rounded before any
+    other use.
     """
 
     name: str
@@ -73,11 +59,11 @@ class Rounding:
 
     @property
     def of_angles(self) -> Rounding:
-        """That in which angles and their sines are computed."""
+        """The rounding of angles and their sines."""
         return ROUNDINGS[DOUBLE.name] if self.is_mixed else self
 
     def error_of_constant(self, x: Constant) -> Array:
-        """How far a number of the text is off."""
+        """Error of a literal number."""
         return constant_error(x, self)
 
 
@@ -87,12 +73,12 @@ ROUNDINGS: Mapping[str, Rounding] = {
     SINGLE.name: Rounding(SINGLE.name, U_SINGLE, U_SINGLE, 2.0**-150, float(np.finfo(np.float32).max)),
     MIXED.name: Rounding(MIXED.name, U_SINGLE, U_DOUBLE, 2.0**-150, float(np.finfo(np.float32).max)),
 }
-"""The roundings of the precisions that certificates are made for."""
+"""The roundings of the precisions of certificates."""
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Of each node, by number: the `range` of its exact value, its `error`, and the share `local` of its own rounding.
+    """Bounds by number of the node: `range` of its exact value, its `error`, and the part `local` of its own rounding.
 
     Arrays have the `shape` of the sub-boxes, or are numbers where they are the same in all of them.
     """
@@ -104,27 +90,27 @@ class Bounds:
     local: dict[int, Array]
 
     def without(self, nodes: Iterable[Expression]) -> Bounds:
-        """Those of all other nodes."""
+        """The bounds of all nodes but these."""
         left_out = {node.id for node in nodes}
-        kept = ({k: x for k, x in of.items() if k not in left_out} for of in (self.range, self.error, self.local))
-        return Bounds(self.rounding, self.shape, *kept)  # type: ignore[arg-type]
+        remaining = ({k: x for k, x in of.items() if k not in left_out} for of in (self.range, self.error, self.local))
+        return Bounds(self.rounding, self.shape, *remaining)  # type: ignore[arg-type]
 
     def range_of(self, x: Operand) -> Interval:
-        """The values of a node or a constant in exact arithmetic."""
+        """The range of a node or a constant in exact arithmetic."""
         return self.range[x.id] if type(x) is Expression else interval(x)
 
     def error_of(self, x: Operand) -> Array:
-        """How far the computed value of a node or a constant is off."""
+        """The error of the computed value of a node or a constant."""
         return self.error[x.id] if type(x) is Expression else self.rounding.error_of_constant(x)
 
     def computed(self, x: Operand) -> Interval:
-        """The values of a node or a constant as the program computes it."""
-        return self.range_of(x).widened(self.error_of(x))
+        """The range of a node or a constant as computed, with errors."""
+        return self.range_of(x).widen(self.error_of(x))
 
 
 Narrowing: TypeAlias = Callable[[Interval], Interval]
 Known: TypeAlias = Mapping[int, Narrowing]
-"""What is known of nodes beside their intervals, by number: a function that makes the interval smaller."""
+"""Functions that narrow the intervals of nodes, by number."""
 
 
 def running_errors(
@@ -132,42 +118,53 @@ def running_errors(
     box: Mapping[str, Interval],
     rounding: Rounding,
     angles: Collection[int] = (),
-    known: Known | None = None,
-    before: Bounds | None = None,
-    proven: Mapping[int, Array] | None = None,
+    narrowings: Known | None = None,
 ) -> Bounds:
     """Ranges and errors of nodes in order, where variables are in a box.
 
-    `angles` are the numbers of nodes that are computed in the precision of angles, where that is another one; `known`
-    makes ranges smaller, `proven` are errors that are known in another way. `before` has bounds of the nodes before.
+    `angles` are the numbers of nodes that are computed in the precision of angles, if that differs; `narrowings` narrow
+    ranges.
     """
     shape = np.broadcast_shapes((1,), *(x.low.shape for x in box.values()))
-    bounds = before or Bounds(rounding, shape, {}, {}, {})
-    of_angles = Bounds(rounding.of_angles, shape, bounds.range, {}, {})
+    bounds = Bounds(rounding, shape, {}, {}, {})
+    extend_bounds(bounds, nodes, box, angles, narrowings)
+    return bounds
+
+
+def extend_bounds(
+    bounds: Bounds,
+    nodes: Iterable[Expression],
+    box: Mapping[str, Interval],
+    angles: Collection[int] = (),
+    narrowings: Known | None = None,
+    proven: Mapping[int, Array] | None = None,
+) -> None:
+    """Add the ranges and errors of more nodes to bounds; `proven` are errors of nodes from other bounds."""
+    rounding = bounds.rounding
+    of_angles = Bounds(rounding.of_angles, bounds.shape, bounds.range, {}, {})
     with np.errstate(all="ignore"):
         for node in nodes:
-            found = range_of_node(node, bounds, box)
-            bounds.range[node.id] = (known or {}).get(node.id, _itself)(found)
+            values = range_of_node(node, bounds, box)
+            bounds.range[node.id] = (narrowings or {}).get(node.id, _itself)(values)
             if rounding.is_mixed and node.id in angles:
                 _add_error(node, of_angles, of_angles, False)
             _add_error(node, bounds, of_angles if rounding.is_mixed else bounds, rounding.is_mixed)
             if proven and node.id in proven:
                 bounds.error[node.id] = np.minimum(bounds.error[node.id], proven[node.id])
-    return bounds
 
 
-def _itself(found: Interval) -> Interval:
-    return found
+def _itself(values: Interval) -> Interval:
+    return values
 
 
 def range_of_node(node: Expression, bounds: Bounds, box: Mapping[str, Interval]) -> Interval:
     """The values of a node in exact arithmetic, from those of its operands."""
-    if node.operation == SYMBOL:
+    if node.operation == op.SYMBOL:
         return box[node.operands[0]]
     if node.level == Level.CONSTANT:
         return constant_interval(node)
-    found: Interval = INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
-    return found.meeting(of_smooth_sign(node, bounds.range_of)) if is_smooth_sign(node) else found
+    values: Interval = INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
+    return values.meeting(of_smooth_sign(node, bounds.range_of)) if is_smooth_sign(node) else values
 
 
 def constant_interval(node: Expression) -> Interval:
@@ -178,83 +175,83 @@ def constant_interval(node: Expression) -> Interval:
 
 
 def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) -> None:
-    """Add the error of one node, that of angles from their own bounds."""
+    """Add the error of a node, using the bounds of `angles` for operands that are angles."""
     z, u = bounds.range[node.id], bounds.rounding.u
-    if node.operation == SYMBOL or node.level == Level.CONSTANT:
-        exact = node.operation == SYMBOL and not narrows
-        twice = 0.0 if node.operation == SYMBOL or u == U_DOUBLE else U_DOUBLE * z.magnitude  # written as a double
+    if node.operation == op.SYMBOL or node.level == Level.CONSTANT:
+        exact = node.operation == op.SYMBOL and not narrows
+        twice = 0.0 if node.operation == op.SYMBOL or u == U_DOUBLE else U_DOUBLE * z.magnitude  # written as a double
         local = np.zeros_like(z.low) if exact else UPWARDS * (_roundoff(z.magnitude, bounds.rounding) + twice)
         bounds.local[node.id] = bounds.error[node.id] = local
         return
-    of_circle = node.operation in (SIN, COS) and type(node.operands[0]) is Expression
+    of_circle = node.operation in (op.SIN, op.COS) and type(node.operands[0]) is Expression
     source = angles if of_circle and node.operands[0].id in angles.error else bounds
     errors = [source.error_of(x) for x in node.operands]
     ranges = [bounds.range_of(x) for x in node.operands]
-    passed = PASSED[node.operation](z, ranges, errors)
-    if node.operation == SIGN and _keeps_sign(node.operands[0], bounds):
-        passed = np.zeros_like(passed)
-    if node.operation in (DIVIDE, SQRT) and is_wide(ranges[-1]):
-        in_shares = passed_in_shares(node, bounds.range_of, bounds.error_of, u, bounds.rounding.least)
-        passed = np.fmin(passed, in_shares)
+    propagated = PASSED[node.operation](z, ranges, errors)
+    if node.operation == op.SIGN and _keeps_sign(node.operands[0], bounds):
+        propagated = np.zeros_like(propagated)
+    if node.operation in (op.DIVIDE, op.SQRT) and is_wide(ranges[-1]):
+        in_shares = error_in_shares(node, bounds.range_of, bounds.error_of, u, bounds.rounding.least)
+        propagated = np.fmin(propagated, in_shares)
     is_narrowed = source.rounding.u < u
-    local = _local(node, (z.magnitude + passed) * UPWARDS, bounds.rounding, is_narrowed)
+    local = _local(node, (z.magnitude + propagated) * UPWARDS, bounds.rounding, is_narrowed)
     if is_narrowed:
         local = local + OF_CIRCLE * source.rounding.u
     bounds.local[node.id] = local * UPWARDS
-    bounds.error[node.id] = _bounded((passed + local) * UPWARDS, z)
+    bounds.error[node.id] = _or_infinite((propagated + local) * UPWARDS, z)
 
 
 def _keeps_sign(x: Operand, bounds: Bounds) -> bool:
-    """Whether the sign of a computed value is right: of exact numbers, their sums, and products with 1 or more.
+    """Whether the sign of a computed value is exact: of exact numbers, their sums, and products with 1 or more.
 
     Rounding is monotonic, and sums of numbers do not underflow; smaller factors may make a zero of the least numbers.
     """
     if not np.any(bounds.error_of(x)):
         return True
-    if type(x) is not Expression or x.operation not in (ADD, SUBTRACT, NEGATE, MULTIPLY):
+    if type(x) is not Expression or x.operation not in (op.ADD, op.SUBTRACT, op.NEGATE, op.MULTIPLY):
         return False
-    if x.operation in (ADD, SUBTRACT):
-        return not any(np.any(bounds.error_of(one)) for one in x.operands)
-    if x.operation == NEGATE:
+    if x.operation in (op.ADD, op.SUBTRACT):
+        return not any(np.any(bounds.error_of(operand)) for operand in x.operands)
+    if x.operation == op.NEGATE:
         return _keeps_sign(x.operands[0], bounds)
     pairs = (x.operands, x.operands[::-1])
     return any(np.all(bounds.computed(b).least_magnitude >= 1) and _keeps_sign(a, bounds) for a, b in pairs)
 
 
-def _bounded(error: Array, z: Interval) -> Array:
+def _or_infinite(error: Array, z: Interval) -> Array:
     return np.where(z.is_bounded & np.isfinite(error), error, np.inf)
 
 
 def _local(node: Expression, magnitude: Array, rounding: Rounding, is_narrowed: bool) -> Array:
-    """The rounding of one operation, whose result has at most this magnitude; of a sine that is narrowed only that."""
-    if node.operation in EXACT or (node.operation in (MULTIPLY, DIVIDE) and is_power_of_two(node.operands[1])):
-        return np.full_like(magnitude, rounding.least if node.operation in (MULTIPLY, DIVIDE) else 0.0)
-    if node.operation in (SIN, COS):
+    """The rounding of an operation with a result of at most this magnitude; for a narrowed sine only the narrowing."""
+    if node.operation in EXACT or (node.operation in (op.MULTIPLY, op.DIVIDE) and is_power_of_two(node.operands[1])):
+        return np.full_like(magnitude, rounding.least if node.operation in (op.MULTIPLY, op.DIVIDE) else 0.0)
+    if node.operation in (op.SIN, op.COS):
         times = 1.0 if is_narrowed else OF_CIRCLE
         return times * _roundoff(np.minimum(magnitude, 1 - U_DOUBLE), rounding)
-    return (OF_ARC if node.operation == ATAN2 else 1.0) * _roundoff(magnitude, rounding)
+    return (OF_ARC if node.operation == op.ATAN2 else 1.0) * _roundoff(magnitude, rounding)
 
 
 def is_power_of_two(x: Any) -> bool:
-    """Whether a product with this, or a quotient by it, moves the exponent only."""
+    """Whether a number is a power of two, so that products with it are exact."""
     if type(x) is Expression:
         return False
     return all(part & (part - 1) == 0 for part in map(int, abs(x).as_integer_ratio()))
 
 
 def _roundoff(magnitude: Array, rounding: Rounding) -> Array:
-    """u ufp(x), and what is lost below the smallest numbers."""
+    """u ufp(x) plus the underflow."""
     return rounding.u * ufp(magnitude) + rounding.least
 
 
 def ufp(magnitude: Array) -> Array:
-    """The largest power of two that is not larger; of what is not finite, itself."""
+    """The largest power of two that is not larger (unit in the first place); infinities and NaN unchanged."""
     _, exponent = np.frexp(magnitude)
     return np.where(np.isfinite(magnitude), np.ldexp(np.sign(magnitude), exponent - 1), magnitude)
 
 
 def constant_error(x: Constant, rounding: Rounding) -> Array:
-    """How far a number of the text is off, which is a double or a single number."""
+    """Error of a literal number in double or single precision."""
     single = rounding.u != U_DOUBLE
     off = abs(Fraction(float(np.float32(float(x))) if single else float(x)) - Fraction(x))
     most = UPWARDS * _roundoff(np.array(abs(float(x)) * UPWARDS), rounding) + U_DOUBLE * abs(float(x))
@@ -263,7 +260,7 @@ def constant_error(x: Constant, rounding: Rounding) -> Array:
 
 
 Passed: TypeAlias = Callable[[Interval, Sequence[Interval], Sequence[Array]], Array]
-"""From the ranges of a result and of its operands, and from errors of these, to the error that it has from them."""
+"""Function from the ranges of result and operands, and errors of operands, to the propagated error."""
 
 
 def _of_sum(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
@@ -275,8 +272,8 @@ def _of_product(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array
 
 
 def _of_quotient(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    left = x[1].least_magnitude / UPWARDS - e[1]
-    return np.where(left > 0, (e[0] + z.magnitude * e[1]) / np.where(left > 0, left, 1.0), np.inf)
+    least = x[1].least_magnitude / UPWARDS - e[1]
+    return np.where(least > 0, (e[0] + z.magnitude * e[1]) / np.where(least > 0, least, 1.0), np.inf)
 
 
 def _of_circle(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
@@ -285,18 +282,18 @@ def _of_circle(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
 
 
 def _of_root(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    left = x[0].low / UPWARDS - e[0]
-    slope = np.sqrt(np.maximum(left, 0.0)) + np.sqrt(np.maximum(x[0].low, 0.0))
-    return np.where(e[0] == 0, 0.0, np.where(left > 0, e[0] / np.where(left > 0, slope, 1.0), np.inf))
+    least = x[0].low / UPWARDS - e[0]
+    slope = np.sqrt(np.maximum(least, 0.0)) + np.sqrt(np.maximum(x[0].low, 0.0))
+    return np.where(e[0] == 0, 0.0, np.where(least > 0, e[0] / np.where(least > 0, slope, 1.0), np.inf))
 
 
 def _of_arc(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     """The slope of an arc tangent is one over the distance from the origin."""
     moved = np.hypot(e[0], e[1])
-    left = np.hypot(x[0].least_magnitude, x[1].least_magnitude) / UPWARDS - moved
+    distance = np.hypot(x[0].least_magnitude, x[1].least_magnitude) / UPWARDS - moved
     jumps = (x[1].low <= e[1]) & (x[0].low <= e[0]) & (x[0].high >= -e[0])  # without errors, too: by the sign of -0.0
-    near = jumps | (moved > 0) & (left <= 0)
-    return np.where(near, np.inf, moved / np.where(left > 0, left, 1.0))
+    is_unbounded = jumps | (moved > 0) & (distance <= 0)
+    return np.where(is_unbounded, np.inf, moved / np.where(distance > 0, distance, 1.0))
 
 
 def _of_sign(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
@@ -309,17 +306,17 @@ def _of_extremum(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Arra
 
 
 PASSED: Mapping[str, Passed] = {
-    ADD: _of_sum,
-    SUBTRACT: _of_sum,
-    NEGATE: _of_circle,
-    MULTIPLY: _of_product,
-    DIVIDE: _of_quotient,
-    SIN: _of_circle,
-    COS: _of_circle,
-    SQRT: _of_root,
-    ATAN2: _of_arc,
-    SIGN: _of_sign,
-    MINIMUM: _of_extremum,
-    MAXIMUM: _of_extremum,
+    op.ADD: _of_sum,
+    op.SUBTRACT: _of_sum,
+    op.NEGATE: _of_circle,
+    op.MULTIPLY: _of_product,
+    op.DIVIDE: _of_quotient,
+    op.SIN: _of_circle,
+    op.COS: _of_circle,
+    op.SQRT: _of_root,
+    op.ATAN2: _of_arc,
+    op.SIGN: _of_sign,
+    op.MINIMUM: _of_extremum,
+    op.MAXIMUM: _of_extremum,
 }
-"""What each operation makes of the errors of its operands."""
+"""Propagation of errors, by operation."""

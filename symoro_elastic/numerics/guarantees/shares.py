@@ -1,7 +1,7 @@
-"""Lemma 1 in shares: errors of a quotient by what is sometimes small and sometimes large, as sqrt(qd^2 + vs^2) is.
+"""Lemma 1 in shares: errors of a quotient by a divisor of variable size, such as sqrt(qd^2 + vs^2).
 
-The error of a divisor where it is large, over the divisor where it is small, says nothing. Let |x~ - x| <= r |x| + a: a
-share r of the value, and a rest a. Then, before the rounding of the operation itself,
+The error of a divisor where it is large, over the divisor where it is small, is a useless bound. Let
+|x~ - x| <= r |x| + a: a share r of the value, and an absolute part a. Then, before the rounding of the operation,
 
     product    r = r_x + r_y + r_x r_y,        a = |x| a_y (1 + r_x) + |y| a_x (1 + r_y) + a_x a_y
     sum        r = max(r_x, r_y),              a = a_x + a_y,         of numbers of one sign; else r = 0, a = E_x + E_y
@@ -31,10 +31,10 @@ from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SQ
 
 DEPTH = 6
 WIDE = 2.0
-"""Divisors whose magnitudes differ by more are looked at."""
+"""Ratio of magnitudes of a divisor above which shares are used."""
 UPWARDS = 1 + 2.0**-46
 Share: TypeAlias = "tuple[Array | float, Array]"
-"""r and a."""
+"""Relative part r and absolute part a of an error."""
 Ranges: TypeAlias = Callable[[Operand], Interval]
 Errors: TypeAlias = Callable[[Operand], Array]
 
@@ -45,46 +45,46 @@ def is_smooth_sign(node: Expression) -> bool:
     inside = root.operands[0] if isinstance(root, Expression) and root.operation == SQRT else None
     if not isinstance(x, Expression) or not isinstance(inside, Expression) or inside.operation != ADD:
         return False
-    return any(_is_square_of(x, one) for one in inside.operands)
+    return any(_is_square_of(x, operand) for operand in inside.operands)
 
 
 def _is_square_of(x: Expression, square: Operand) -> bool:
     return (
         isinstance(square, Expression)
         and square.operation == MULTIPLY
-        and all(isinstance(one, Expression) and one.positive is x.positive for one in square.operands)
+        and all(isinstance(factor, Expression) and factor.positive is x.positive for factor in square.operands)
     )
 
 
 def of_smooth_sign(node: Expression, of: Ranges) -> Interval:
     """The range of x/sqrt(x x + w); no bound where w may be negative."""
-    one, other = node.operands[1].operands[0].operands
-    w = other if _is_square_of(node.operands[0], one) else one
+    first, second = node.operands[1].operands[0].operands
+    w = second if _is_square_of(node.operands[0], first) else first
     bounded = of(w).low >= 0
     return Interval(np.where(bounded, -1.0, -np.inf), np.where(bounded, 1.0, np.inf))
 
 
 def is_wide(x: Interval) -> bool:
-    """Whether the magnitudes of a divisor that is never zero differ much."""
+    """Whether the magnitudes of a nonzero divisor vary by more than `WIDE`."""
     least = x.least_magnitude
     return bool(np.any((least > 0) & (x.magnitude > WIDE * least)))
 
 
-def passed_in_shares(node: Expression, of: Ranges, error_of: Errors, u: float, lost: float) -> Array:
+def error_in_shares(node: Expression, of: Ranges, error_of: Errors, u: float, lost: float) -> Array:
     """The error of a quotient or a root before its own rounding; infinite where it has no bound."""
-    r, a = _Shares(of, error_of, u, lost).passed(node, DEPTH)
-    found = (r * of(node).magnitude + a) * UPWARDS
-    return np.where(np.isfinite(found), found, np.inf)
+    r, a = _Shares(of, error_of, u, lost).before_rounding(node, DEPTH)
+    error = (r * of(node).magnitude + a) * UPWARDS
+    return np.where(np.isfinite(error), error, np.inf)
 
 
 class _Shares:
-    """Shares and rests of operands."""
+    """Relative and absolute parts of errors of operands."""
 
     def __init__(self, of: Ranges, error_of: Errors, u: float, lost: float) -> None:
         self._range, self._error, self._u, self._lost = of, error_of, u, lost
 
     def of(self, x: Operand, depth: int) -> Share:
-        """r and a of an operand, from so many operations."""
+        """r and a of an operand, from `depth` levels of operations."""
         if not isinstance(x, Expression):
             return float(self._error(x)) / abs(float(x)) if x else 0.0, np.array(0.0)
         if x.operation == SYMBOL and np.any(self._error(x)):
@@ -93,11 +93,11 @@ class _Shares:
             return 0.0, self._error(x)
         if x.operation == NEGATE:
             return self.of(x.operands[0], depth - 1)
-        r, a = self.passed(x, depth)
-        rest: Array = np.where(np.isnan(a), np.inf, (a * (1 + self._u) + self._lost) * UPWARDS)
-        return (r + self._u * (1 + r)) * UPWARDS, rest
+        r, a = self.before_rounding(x, depth)
+        absolute: Array = np.where(np.isnan(a), np.inf, (a * (1 + self._u) + self._lost) * UPWARDS)
+        return (r + self._u * (1 + r)) * UPWARDS, absolute
 
-    def passed(self, node: Expression, depth: int) -> Share:
+    def before_rounding(self, node: Expression, depth: int) -> Share:
         """r and a of a node before its own rounding."""
         ranges = [self._range(x) for x in node.operands]
         return _RULES[node.operation](ranges, [self.of(x, depth - 1) for x in node.operands])
@@ -111,8 +111,8 @@ def _of_product(x: Sequence[Interval], e: Sequence[Share]) -> Share:
 def _of_sum(x: Sequence[Interval], e: Sequence[Share]) -> Share:
     one_sign = ((x[0].low >= 0) & (x[1].low >= 0)) | ((x[0].high <= 0) & (x[1].high <= 0))
     (r, a), (s, b) = e
-    apart = r * x[0].magnitude + a + s * x[1].magnitude + b
-    return np.where(one_sign, np.maximum(r, s), 0.0), np.where(one_sign, a + b, apart)
+    separate_errors = r * x[0].magnitude + a + s * x[1].magnitude + b
+    return np.where(one_sign, np.maximum(r, s), 0.0), np.where(one_sign, a + b, separate_errors)
 
 
 def _of_difference(x: Sequence[Interval], e: Sequence[Share]) -> Share:
@@ -123,8 +123,8 @@ def _of_quotient(x: Sequence[Interval], e: Sequence[Share]) -> Share:
     (r, a), (s, b) = e
     least = x[1].least_magnitude
     off = (s + b / least) * UPWARDS
-    left = np.where(off < 1, 1 - off, np.nan)
-    return np.where(off < 1, (r + off) / left, np.inf), a / (least * left)
+    remaining = np.where(off < 1, 1 - off, np.nan)
+    return np.where(off < 1, (r + off) / remaining, np.inf), a / (least * remaining)
 
 
 def _of_root(x: Sequence[Interval], e: Sequence[Share]) -> Share:

@@ -14,8 +14,8 @@ import numpy as np
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.loops.closing import closing_error
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.derivative_columns import moved_with
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.derivatives.derivative_columns import moved_with
 from symoro_elastic.models.loops.assembly import Assembly, loop_branches
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate
@@ -52,9 +52,9 @@ class AssembledLoops:
 
     def at_values(self, parameters: Mapping[str, float]) -> AssembledLoops:
         """Return the variables at other values of the parameters, from the start of the loops on."""
-        found = AssembledLoops(self.bound, parameters)
-        found.traced = self.traced
-        return found
+        loops = AssembledLoops(self.bound, parameters)
+        loops.traced = self.traced
+        return loops
 
     def add_to(self, symbols: dict[str, Any], q: Sequence[Any]) -> None:
         """Add the variables to values of symbols, duals where the independent ones `q` are."""
@@ -70,7 +70,7 @@ class AssembledLoops:
         if not tangents:
             return
         still = {name: x.value if x.__class__ is Dual else x for name, x in symbols.items()}
-        slopes = self._evaluated(list(tangents), still, FLOATS)
+        slopes = self._evaluate(list(tangents), still, FLOATS)
         for name, x in values.items():
             symbols[name] = Dual(x, sum(slopes[by][name] * tangent for by, tangent in tangents.items()))
 
@@ -78,21 +78,21 @@ class AssembledLoops:
         self, partial: Mapping[str, Any], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]
     ) -> dict[str, Any]:
         """Total derivatives by symbol from partial ones: dependent variables move along (L42)."""
-        found = dict(partial)
-        moved = {name: found.pop(name) for name in self.names.values() if name in found}
-        for by, slopes in self._evaluated(list(self.slopes), symbols, arithmetic).items() if moved else ():
+        total = dict(partial)
+        moved = {name: total.pop(name) for name in self.names.values() if name in total}
+        for by, slopes in self._evaluate(list(self.slopes), symbols, arithmetic).items() if moved else ():
             for name, weight in moved.items():
                 added = slopes[name] * weight
-                found[by] = found[by] + added if by in found else added
-        return found
+                total[by] = total[by] + added if by in total else added
+        return total
 
-    def _evaluated(self, by: Sequence[str], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]) -> dict[str, Any]:
+    def _evaluate(self, by: Sequence[str], symbols: Mapping[str, Any], arithmetic: Arithmetic[Any]) -> dict[str, Any]:
         value = evaluate((x for name in by for x in self.slopes[name].values()), symbols, arithmetic)
         return {name: {d: value(x) for d, x in self.slopes[name].items()} for name in by}
 
     @traced_once
     def slopes(self) -> dict[str, dict[str, Scalar]]:
-        """Derivatives of the variables, by the name of what they are taken by and then by their own."""
+        """Derivatives of the variables, by the name of the denominator and then of the variable."""
         moved = {q: moved_with(self.bound, "q", j, q) for j, q in self.bound.q.items()}
         moved |= {p: moved_with(self.bound, "p", 0, p) for p in self._lengths()}
         return {
@@ -102,7 +102,7 @@ class AssembledLoops:
 
     def _lengths(self) -> list[Expression]:
         """Parameters that loops depend on."""
-        branches = (loop_branches(self.bound, one.loop) for one in self.bound.loops)
+        branches = (loop_branches(self.bound, loop.loop) for loop in self.bound.loops)
         nodes = reachable(x for branch in branches for x in closing_error(branch).entries)
         return [x for x in nodes if x.operation == SYMBOL and x.level is Level.PARAMETER]
 
@@ -111,11 +111,11 @@ class AssembledLoops:
         machine = self.bound.machine
         target = dict(zip(machine.independent, q.tolist(), strict=True))
         far = max((abs(x - self._position[j]) for j, x in target.items()), default=0.0)
-        found = self._assembly.position_at(self._position, target) if far < FARTHEST else None
-        if found is None:
+        position = self._assembly.position_at(self._position, target) if far < FARTHEST else None
+        if position is None:
             return dict.fromkeys(self.names.values(), np.nan)
-        self._position = found
-        return {name: found[j] for j, name in self.names.items()}
+        self._position = position
+        return {name: position[j] for j, name in self.names.items()}
 
     @cached_property
     def _assembly(self) -> Assembly:

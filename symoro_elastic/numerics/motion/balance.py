@@ -1,4 +1,4 @@
-"""Equilibrium positions: springs deflect under loads; loads that nothing supports are reported."""
+"""Equilibrium positions: springs deflect under loads; unsupported loads are reported."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
-from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.frames import COORDINATES
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 RESIDUAL = 1e-10  # of the largest force
@@ -35,31 +35,31 @@ def balance(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[in
     motion.refuse_open(start)
     _refuse_unsupported(motion, start, tau, sought)
     q = _newton(motion, start, tau, sought, None if placed else DIRECT_STEPS)
-    is_balanced = _unbalanced(motion, q, tau, sought) is None
+    is_balanced = _unbalanced_forces(motion, q, tau, sought) is None
     if is_balanced and (placed or _is_stable(motion, q, sought)):
         _refuse_far(motion, q, start)
         return q
     minimum = _energy_minimum(motion, start, tau, sought)
     if minimum is not None:
         settled = _newton(motion, minimum, tau, sought)
-        if _unbalanced(motion, settled, tau, sought) is None and not _far(motion, settled, start):
+        if _unbalanced_forces(motion, settled, tau, sought) is None and not _far(motion, settled, start):
             return settled
     if not (is_balanced or placed):
         q = _newton(motion, start, tau, sought)
-    unbalanced = _unbalanced(motion, q, tau, sought)
+    unbalanced = _unbalanced_forces(motion, q, tau, sought)
     if unbalanced is not None:
-        raise _unsupported(motion, unbalanced, sought, "none was found from here")
+        raise _no_support(motion, unbalanced, sought, "none was found from here")
     _refuse_far(motion, q, start)
     return q
 
 
-def _unbalanced(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array | None:
+def _unbalanced_forces(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array | None:
     """Return the unbalanced forces; None where they are rounding."""
     forces, stiffness = motion.forces_and_stiffness(q)
     unbalanced = forces - tau
     rounding = POSITION_ROUNDING * (np.abs(stiffness) @ (1 + np.abs(q)))
-    left = np.abs(unbalanced) <= np.maximum(rounding, RESIDUAL * _largest_force(motion, q, tau))
-    return None if left[sought].all() else unbalanced
+    is_small = np.abs(unbalanced) <= np.maximum(rounding, RESIDUAL * _largest_force(motion, q, tau))
+    return None if is_small[sought].all() else unbalanced
 
 
 def _is_stable(motion: EquationsOfMotion, q: Array, sought: list[int]) -> bool:
@@ -109,7 +109,7 @@ def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought:
 
 
 def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], most_steps: int | None = None) -> Array:
-    """Return a root of r - tau: by Newton steps where they are quick, else Levenberg-Marquardt and Newton steps.
+    """Return a root of r - tau: by Newton steps where they converge fast, else Levenberg-Marquardt and Newton steps.
 
     Both allow singular directions.
     """
@@ -123,8 +123,8 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], 
         forces, stiffness = motion.forces_and_stiffness(trial)
         return (forces - tau)[sought], stiffness[chosen]
 
-    def stepped(x: Array, least: float) -> tuple[Array, bool]:
-        """Return where Newton steps end that leave less than a share each, and whether next to nothing is left."""
+    def newton_steps(x: Array, least: float) -> tuple[Array, bool]:
+        """Return the end of Newton steps that each leave less than a share, and whether they converged."""
         unbalanced, stiffness = balance(x)
         first = np.linalg.norm(unbalanced)
         for _ in range(NEWTON_STEPS):
@@ -135,11 +135,11 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], 
             x, unbalanced, stiffness = better, next_unbalanced, next_stiffness
         return x, bool(np.linalg.norm(unbalanced) <= RESIDUAL * first)
 
-    x, is_found = stepped(q[sought], QUICK)
+    x, is_found = newton_steps(q[sought], QUICK)
     if not is_found:
         options = {"xtol": 1e-12, "maxiter": most_steps or 0}  # 0: 100 (n + 1)
         x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options=options).x
-        x = stepped(x, 1.0)[0]
+        x = newton_steps(x, 1.0)[0]
     solved: Array = q.copy()
     solved[sought] = x
     return solved
@@ -150,27 +150,27 @@ def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
     springs = np.abs(motion.spring_forces(q))
     largest = float(np.max(springs, initial=0.0))
     zero = np.zeros_like(q)
-    others = np.abs(motion.forces(q, zero, zero)) + largest
-    return float(max(np.max(block, initial=np.finfo(float).tiny) for block in (springs, others, np.abs(tau))))
+    loads = np.abs(motion.forces(q, zero, zero)) + largest
+    return float(max(np.max(block, initial=np.finfo(float).tiny) for block in (springs, loads, np.abs(tau))))
 
 
 def _refuse_unsupported(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> None:
     """Raise `InputError` for loads on coordinates that no force depends on: at q, and a little further along them.
 
-    A pendulum that stands out level has no stiffness there, and some beside.
+    A pendulum that stands out level has no stiffness there, and some close to it.
     """
     free = _without_stiffness(motion, q, sought, sought)
-    beside = q.copy()
-    beside[free] += NUDGE
-    free = _without_stiffness(motion, beside, free, sought) if free else []
+    shifted = q.copy()
+    shifted[free] += NUDGE
+    free = _without_stiffness(motion, shifted, free, sought) if free else []
     loaded = np.zeros_like(q)
     loaded[free] = (motion.forces_and_stiffness(q)[0] - tau)[free]
     if np.max(np.abs(loaded), initial=0.0) > RESIDUAL * _largest_force(motion, q, tau):
-        raise _unsupported(motion, loaded, sought, "there is none")
+        raise _no_support(motion, loaded, sought, "there is none")
 
 
 def _without_stiffness(motion: EquationsOfMotion, q: Array, among: list[int], sought: list[int]) -> list[int]:
-    """Return the coordinates `among` those sought whose rows and columns of stiffness are zero at q."""
+    """Return the coordinates of `among` whose rows and columns of stiffness, among those sought, are zero at q."""
     stiffness = motion.forces_and_stiffness(q)[1] if among else np.zeros((0, 0))
     return [k for k in among if not stiffness[k, sought].any() and not stiffness[sought, k].any()]
 
@@ -189,8 +189,8 @@ def _far(motion: EquationsOfMotion, q: Array, start: Array, limit: float = FARTH
     return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > limit]
 
 
-def _unsupported(motion: EquationsOfMotion, unbalanced: Array, sought: list[int], found: str) -> InputError:
-    """Return the error that names the loaded joints, `found` being what is known of their equilibrium."""
+def _no_support(motion: EquationsOfMotion, unbalanced: Array, sought: list[int], found: str) -> InputError:
+    """Return the error that names the loaded joints; `found` begins its message."""
     force = np.abs(unbalanced[sought])
     if not np.isfinite(force).all():
         return InputError(motion.source, "equilibrium", "not found: the search diverged; begin elsewhere (--at)")

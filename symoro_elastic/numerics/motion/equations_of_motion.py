@@ -22,51 +22,49 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.domain import NEXT, Domain
-from symoro_elastic.machine.drive_numbers import with_named_drives
-from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.formula import STEP, ZERO, FormulaError
+from symoro_elastic.machine.frames import Points, with_base_coordinates
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_values, with_named_cells
+from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_values, with_named_cells, with_named_drives
 from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.scene import Point
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.energy import gravity_energy
 from symoro_elastic.mechanics.kinematics import frame_set, motion_expressed_in, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import is_zero
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import needs_of
-from symoro_elastic.models.cells import Points
-from symoro_elastic.models.rules import given_rules
-from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.rules import given_rules
+from symoro_elastic.models.programs.catalogue import needs_of
 from symoro_elastic.numerics.motion.assembled_loops import AssembledLoops, traced_once
-from symoro_elastic.numerics.motion.shared_motors import followers, share_torques, shares
-from symoro_elastic.numerics.motion.signals import inputs, outputs, points_of
+from symoro_elastic.numerics.motion.independent_joints import followers, share_torques, shares, with_independent_motors
+from symoro_elastic.numerics.motion.signals import inputs, outputs, points_of_signals
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, evaluate_nodes, nodes
+from symoro_elastic.symbolic.differentiation import gradient
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
-from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Pruned
 from symoro_elastic.symbolic.tape import Tape
 
 DUALS = differentiating(FLOATS)
 MOST_PAIRS = 300
-"""Pairs of a joint and one between it and the base, as in a chain of 24 joints: formulas, which grow with them, take
-400 evaluations and more to pay."""
+"""Most pairs of a joint and a joint between it and the base for which formulas pay, as in a chain of 24 joints: beyond,
+they need 400 evaluations and more."""
 LARGEST_BLOCK = 1 << 24
-"""Numbers of slopes that are kept at a time."""
+"""Most slopes in memory at a time."""
 LARGEST_INPUT = 1e9
-"""Of a position, a velocity or a torque that is given, SI units."""
+"""Largest magnitude of an input position, velocity or torque, SI units."""
 
 
 @dataclass(frozen=True)
 class State:
     """q, qd, qdd (n,) of the moving joints, tau (n,) that motors exert on them, `torques` (m,) of the motors.
 
-    SI units, radians. tau is S_m^T torques (L3): the torque of its motor, and of those that move with it; zero where
-    there is none. `sought` are indices of the coordinates that an equilibrium was solved for, `residual` is its largest
-    unbalanced force, N or N m.
+    SI units, radians. tau is S_m^T torques (L3): by joint, the torque of its motor and of motors that follow it, or 0.
+    `sought` are indices of the coordinates that an equilibrium was solved for, `residual` is its largest
+    unbalanced force, N or N m. `started` are indices of the coordinates at the start of loops.
     """
 
     q: Array
@@ -76,13 +74,14 @@ class State:
     torques: Array
     sought: tuple[int, ...] = ()
     residual: float = 0.0
+    started: tuple[int, ...] = ()
 
 
 class EquationsOfMotion:
     """The equations of motion of a machine with values for all its parameters; rows follow the moving joints."""
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
-        """Wrenches that models take as arguments are zero. Raises `InputError` for parameters without a value."""
+        """Set wrenches that are arguments of models to zero. Raises `InputError` for parameters without a value."""
         require_fixed_base(machine, "linear models")
         self.asked, self.driven = machine, with_named_drives(machine)
         machine = replace(machine, forces=())
@@ -101,20 +100,20 @@ class EquationsOfMotion:
         self.traced: dict[Any, Any] = {}
 
     def at_values(self, values: Mapping[str, float]) -> EquationsOfMotion:
-        """Return the equations at other values of parameters; what is traced is shared. Raises `InputError`."""
-        found = object.__new__(EquationsOfMotion)
-        found.__dict__.update(self.__dict__)
-        found._take(values)
-        found.assembled = self.assembled.at_values(found.parameters)
-        return found
+        """Return the equations at other values of parameters, with the same expressions. Raises `InputError`."""
+        equations = object.__new__(EquationsOfMotion)
+        equations.__dict__.update(self.__dict__)
+        equations._take(values)
+        equations.assembled = self.assembled.at_values(equations.parameters)
+        return equations
 
     def _take(self, values: Mapping[str, float]) -> None:
-        """Take values: `parameters` are those of the mechanics, `numbers` have those of drives, too."""
+        """Set the values: `parameters` of the mechanics, `numbers` with the drives."""
         self.given_values, self.numbers = dict(values), _values(self._numbered, values)
         self.parameters = {p.name: self.numbers[p.name] for p in self._judged.parameters}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return machine, values and points: expressions are traced anew where a pickle is read."""
+        """Return machine, values and points for pickling; unpickling traces the expressions anew."""
         return EquationsOfMotion, (self.asked, self.given_values, self.points)
 
     @property
@@ -123,17 +122,17 @@ class EquationsOfMotion:
         return self.machine.label
 
     def index(self, name: str, place: str) -> int:
-        """Return the index in q of a joint given by its name or variable; raises `InputError`."""
-        known = {str(joint.variable): k for k, joint in enumerate(self.joints)}
-        known |= {joint.name: k for k, joint in enumerate(self.joints)}
+        """Return the index in q of a joint by its name or variable; raises `InputError`."""
+        indices = {str(joint.variable): k for k, joint in enumerate(self.joints)}
+        indices |= {joint.name: k for k, joint in enumerate(self.joints)}
         dependent = {x: j for j in map(self.machine.joint, self.machine.dependent) for x in (j.name, str(j.variable))}
         if name in dependent:
             what = f"{dependent[name].name} follows from a loop: name an independent joint ({', '.join(self.names)})"
             raise InputError(self.source, place, what)
-        if name not in known:
-            what = f"no joint {quote(name)} moves{did_you_mean(name, known)}"
+        if name not in indices:
+            what = f"no joint {quote(name)} moves{did_you_mean(name, indices)}"
             raise InputError(self.source, place, what)
-        return known[name]
+        return indices[name]
 
     def indices_of(self, named: Mapping[str, float], place: str) -> dict[int, float]:
         """Return numbers by index in q; raises `InputError` for joints that do not move and numbers out of range."""
@@ -158,8 +157,8 @@ class EquationsOfMotion:
         motors = {x: m for m, joint in enumerate(self.machine.motor_joints) for x in (joint.name, str(joint.variable))}
         if name not in motors:
             joint = self.names[self.index(name, place)]
-            known = ", ".join(self.motor_names) or "this machine has none"
-            raise InputError(self.source, place, f"{joint} has no motor; motors are {known}")
+            names = ", ".join(self.motor_names) or "this machine has none"
+            raise InputError(self.source, place, f"{joint} has no motor; motors are {names}")
         return motors[name]
 
     def motor_slopes(self, q: Array) -> Array:
@@ -181,7 +180,7 @@ class EquationsOfMotion:
 
     @traced_once
     def residual(self) -> list[Scalar]:
-        """Expressions of r, one a joint, less what motors do that move with others."""
+        """Expressions of r by joint, less the torques of motors that follow others."""
         bound = self.bound
         Gamma = dynamics(self.bodies, bound.rates(), given_rules(bound)).Gamma
         needed, passive = bound.on_independent(Gamma), bound.passive_forces()
@@ -195,7 +194,7 @@ class EquationsOfMotion:
 
     @traced_once
     def linear_model(self) -> Pruned:
-        """What the model `linearization` needs: M, D, K by one recursion."""
+        """The traced matrices M, D, K of the model `linearization`."""
         return needs_of(self.machine, "linearization")
 
     @traced_once
@@ -227,25 +226,25 @@ class EquationsOfMotion:
 
     @traced_once
     def body_velocities(self) -> list[Scalar]:
-        """V_j [3] of every frame, base included, each in its own axes."""
+        """V_j [3] of every frame and the base, each in its own axes."""
         return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
     @traced_once
     def springs(self) -> dict[str, tuple[Scalar, Scalar, Scalar]]:
-        """Stiffness there, force and rate of the spring of each elastic joint, by its name."""
-        laws = {j: self.bound.spring_of(j) for j in self.machine.elastic}
+        """Local stiffness, force and rate of all springs, by the name of its joint."""
+        laws = {j: self.bound.spring_of(j) for j in self.machine.sprung}
         return {self.machine.joint(j).name: (law.slope, law.force, self.bound.rate(j)) for j, law in laws.items()}
 
     @traced_once
     def rotors(self) -> dict[str, tuple[Scalar, Scalar]]:
-        """Ia of each joint with a rotor, and the rate of the joint, by its name."""
+        """Ia and the rate of joints with a rotor, by the name of the joint."""
         links, rates = self.bound.mechanism.links, self.bound.rates()
         numbered = [j for j in self.machine.articulated if not is_zero(links[j - 1].rotor_inertia)]
         return {self.machine.joint(j).name: (links[j - 1].rotor_inertia, rates[j]) for j in numbered}
 
-    def row_of(self, number: int, point: int | None = None) -> int:
-        """Return the first of the six rows in `seen` of a frame of the table, or of one of the points."""
-        return 6 * (self.bound.met_frame(number) if point is None else len(self.machine.joints) + 1 + point)
+    def row_of(self, number: int, at: Point | None = None) -> int:
+        """Return the first of the six rows in `frame_motions` of a frame, or of a point of it."""
+        return 6 * self.bound.link_of(number, at)
 
     def potential_energy(self, q: Array) -> float:
         """Return the potential energy in J, up to a constant."""
@@ -258,8 +257,8 @@ class EquationsOfMotion:
 
     def forces_and_stiffness(self, q: Array) -> tuple[Array, Array]:
         """Return r (n,) and K (n, n) at rest, SI units."""
-        rest = np.zeros_like(q)
-        return self.forces(q, rest, rest), self.matrices("K", q, rest, rest)[0]
+        zero = np.zeros_like(q)
+        return self.forces(q, zero, zero), self.matrices("K", q, zero, zero)[0]
 
     def matrices(
         self, names: Iterable[str], q: Array, qd: Array, qdd: Array, torques: Array | None = None
@@ -301,7 +300,7 @@ class EquationsOfMotion:
         for first in range(0, n, width):
             columns = slice(first, first + width)
             moved: list[Any] = [q, qd, qdd]
-            moved[k] = _seeded(moved[k], np.eye(n)[:, columns])
+            moved[k] = _seed(moved[k], np.eye(n)[:, columns])
             symbols = self._symbols(moved[0], moved[1], moved[2], torques)
             try:
                 value = evaluate_nodes(needed, symbols, DUALS)
@@ -317,7 +316,7 @@ class EquationsOfMotion:
         """Return the derivatives of expressions by q, qd and qdd, each (roots, n)."""
         n = len(state.q)
         seeds = np.split(np.eye(3 * n), 3)
-        q, qd, qdd = map(_seeded, (state.q, state.qd, state.qdd), seeds)
+        q, qd, qdd = map(_seed, (state.q, state.qd, state.qdd), seeds)
         value = evaluate(roots, self._symbols(q, qd, qdd, state.torques), DUALS)
         slopes = np.zeros((len(roots), 3 * n))
         for row, x in enumerate(map(value, roots)):
@@ -333,10 +332,10 @@ class EquationsOfMotion:
     def parameter_slopes(
         self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array, roots: Sequence[Scalar] | None = None
     ) -> dict[str, Array]:
-        """Return the derivatives of left^T dr by all parameters, (m,) each, along the equilibrium that moves with them.
+        """Return the derivatives of left^T dr by all parameters, (m,) each, where the equilibrium changes with them.
 
         dr is the change of r, or of other expressions `roots`, along dq, dqd and dqdd; the columns of `left` (roots, m)
-        and of these (n, m) belong together.
+        and of dq, dqd, dqdd (n, m) correspond.
         """
         by_q, by_symbol = self.change_slopes(state, left, dq, dqd, dqdd, roots)
         none, moved = np.zeros(left.shape[1]), self.position_slopes(state)
@@ -345,25 +344,29 @@ class EquationsOfMotion:
     def position_slopes(self, state: State) -> dict[str, Array]:
         """Return the derivatives of q (n,) by all parameters: dq/dp = -K^-1 dr/dp where an equilibrium was solved for.
 
-        Zero for other coordinates.
+        Those of the start of loops where it is one, zero for other coordinates.
         """
-        n, sought = len(state.q), list(state.sought)
-        slopes = dict.fromkeys(self.parameters, np.zeros(n))
+        n, sought, names = len(state.q), list(state.sought), list(self.parameters)
+        moved = np.zeros((len(names), n))
+        starts = {variable: x for loop in self.machine.loops for variable, x in loop.start.items()}
+        for k in state.started:
+            start = starts.get(str(self.joints[k].variable), ZERO)
+            for name in start.names:
+                moved[names.index(name), k] = start.with_slope(self.parameters, name).imag / STEP
         if sought:
-            stiffness = self.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)]
+            stiffness, none = self.forces_and_stiffness(state.q)[1][sought], np.zeros(len(sought))
             by_symbol = self.work_slopes(state, np.eye(n)[:, sought])
-            names = [name for name in self.parameters if name in by_symbol]
-            forces = np.array([by_symbol[name] for name in names]).reshape(len(names), len(sought))
-            moved = np.zeros((len(names), n))
-            moved[:, sought] = -np.linalg.lstsq(stiffness, forces.T, rcond=None)[0].T
-            slopes |= dict(zip(names, moved, strict=True))
-        return slopes
+            forces = moved @ stiffness.T + np.array([by_symbol.get(name, none) for name in names]).reshape(
+                -1, len(sought)
+            )
+            moved[:, sought] = -np.linalg.lstsq(stiffness[:, sought], forces.T, rcond=None)[0].T
+        return dict(zip(names, moved, strict=True))
 
     def change_slopes(
         self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array, roots: Sequence[Scalar] | None = None
     ) -> tuple[Array, dict[str, Array]]:
-        """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each."""
-        q, qd, qdd = _seeded(state.q, dq), _seeded(state.qd, dqd), _seeded(state.qdd, dqdd)
+        """Return the derivatives of left^T dr by q (n, m), and by parameter symbol, (m,) each."""
+        q, qd, qdd = _seed(state.q, dq), _seed(state.qd, dqd), _seed(state.qdd, dqdd)
         symbols = self._symbols(q, qd, qdd, state.torques)
         roots = self.residual if roots is None else roots
         by_symbol = self.assembled.total(gradient(roots, list(left), symbols, DUALS), symbols, DUALS)
@@ -390,15 +393,15 @@ class EquationsOfMotion:
         """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""
         at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
         if self._is_closed(q):
-            rest, own = np.zeros_like(q), self.machine.by_variable(self.own_positions(q))
-            undefined = self.domain.first_undefined(self._symbols(q, rest, rest) | own)
+            zero, own = np.zeros_like(q), self.machine.by_variable(self.own_positions(q))
+            undefined = self.domain.first_undefined(self._symbols(q, zero, zero) | own)
             if undefined:
                 raise undefined.error(self.machine, f"at {at}: give another position (--at)")
             return
         loops = ", ".join(loop.name for loop in self.machine.loops)
-        beside = (q + way * NEXT * unit for unit in np.eye(len(q)) for way in (1, -1))
+        neighbours = (q + way * NEXT * unit for unit in np.eye(len(q)) for way in (1, -1))
         what = f"it does not close at {at}: give another position (--at)"
-        if any(self._is_closed(x) for x in beside):
+        if any(self._is_closed(x) for x in neighbours):
             what = f"it is singular at {at}, where links are stretched or folded: give a position beside it (--at)"
         raise InputError(self.source, f"loop {loops}", what)
 
@@ -422,10 +425,10 @@ class EquationsOfMotion:
             return np.full(len(roots), np.nan)
 
     def neutral_positions(self) -> Array:
-        """Return q0 (n,) of the springs, rad or m; for other joints where the start of a loop has them, else zero."""
+        """Return q0 (n,) of the springs, rad or m; for other joints their start in a loop, else zero."""
         neutral = self.values(self.bound.cell(joint.spring.neutral) for joint in self.joints)
-        others = [k for k, joint in enumerate(self.joints) if joint.kind is not Kind.ELASTIC]
-        neutral[others] = self.position_of_loops()[others]
+        rigid = [k for k, joint in enumerate(self.joints) if joint.kind is not Kind.ELASTIC]
+        neutral[rigid] = self.position_of_loops()[rigid]
         return neutral
 
     def position_of_loops(self) -> Array:
@@ -434,7 +437,7 @@ class EquationsOfMotion:
         return np.array([start.get(str(joint.variable), 0.0) for joint in self.joints], dtype=float)
 
     def own_positions(self, q: Array) -> dict[int, float]:
-        """Return the variables of all joints that own one, rad or m, by number; NaN where a loop does not close."""
+        """Return the variables of all joints with one, rad or m, by number; NaN where a loop does not close."""
         owners = self.machine.with_variable
         return dict(zip(owners, self._at(q, [self.bound.variables[j] for j in owners]).tolist(), strict=True))
 
@@ -457,7 +460,7 @@ class EquationsOfMotion:
         return symbols
 
 
-def _seeded(x: Array, slopes: Array) -> list[Dual]:
+def _seed(x: Array, slopes: Array) -> list[Dual]:
     return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
 
 
@@ -479,8 +482,8 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
     refuse_values(machine, given, names)
     missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
     if missing:
-        others = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
-        what = f"{missing[0]} has no value{others}: give it one in the file, or with --value {missing[0]}=X"
+        more = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
+        what = f"{missing[0]} has no value{more}: give it one in the file, or with --value {missing[0]}=X"
         raise InputError(source, "parameters", what)
     try:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
@@ -494,9 +497,10 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
 def motion_of(
     machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
 ) -> EquationsOfMotion:
-    """Return the equations of motion of a machine, with the points of these signals.
+    """Return the equations of motion of a machine, with the points of its input and output signals.
 
     A base that moves freely has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
     """
     machine = with_independent_motors(with_base_coordinates(machine))
-    return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
+    signals = [*inputs(machine, ins), *outputs(machine, outs)]
+    return EquationsOfMotion(machine, values, points_of_signals(machine, signals))

@@ -7,12 +7,12 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, enumeration
 from symoro_elastic.machine.series_springs import springs_in_series
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
-"""Of the inertia matrix scaled to a diagonal of ones."""
+"""Rounding of an eigenvalue of the inertia matrix scaled to a diagonal of ones."""
 MOVING_COMPONENT = 0.1
 """Component of a joint in a motion, of the largest one, above which the joint moves; scaled as M is."""
 
@@ -29,7 +29,7 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
     names = [motion.names[k] for k in kept]
     motors = {row for row, k in enumerate(kept) if k in motion.motors}
     culprits = rows_to_remove(M, motors)
-    ways = [f"give {_listed([names[row] for row in culprits])} an inertia"]
+    ways = [f"give {enumeration([names[row] for row in culprits])} an inertia"]
     if can_hold and motors.issuperset(culprits):
         ways.append(" ".join(f"--hold {names[row]}" for row in culprits))
     idle_names = [names[row] for row in idle]
@@ -40,7 +40,7 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
         if least > -MATRIX_ROUNDING
         else "not positive here: the inertia is negative"
     )
-    what = f"{wrong} in a motion of {_listed(idle_names)}; {' or '.join(ways)}{obstacle}"
+    what = f"{wrong} in a motion of {enumeration(idle_names)}; {' or '.join(ways)}{obstacle}"
     raise InputError(motion.source, "inertia matrix", what)
 
 
@@ -57,7 +57,7 @@ def _condensing(motion: EquationsOfMotion, idle: Collection[str]) -> tuple[list[
 
 def massless_rows(M: Array) -> tuple[list[int], float]:
     """Return the rows with a share in motions of no or negative inertia, and the least eigenvalue of scaled M."""
-    values, vectors = _scaled(M)
+    values, vectors = _scaled_eigenvalues(M)
     null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
     return [int(row) for row in np.flatnonzero(part > MOVING_COMPONENT * part.max(initial=0.0))], float(
@@ -74,15 +74,11 @@ def rows_to_remove(M: Array, preferred: Collection[int]) -> list[int]:
     return removed
 
 
-def _scaled(M: Array) -> tuple[Array, Array]:
-    """Return eigenvalues and vectors of M with a diagonal of ones, zeros where it is not positive beyond rounding."""
+def _scaled_eigenvalues(M: Array) -> tuple[Array, Array]:
+    """Return eigenvalues and vectors of M with a diagonal of ones, zeros unless it is positive beyond rounding."""
     diagonal = np.diag(M)
     least = MATRIX_ROUNDING**2 * np.abs(diagonal).max(initial=0.0)
     scale = 1 / np.sqrt(np.where(np.abs(diagonal) > least, np.abs(diagonal), 1.0))
     scale[np.abs(diagonal) <= least] = 0.0
     values, vectors = np.linalg.eigh((M + M.T) / 2 * np.outer(scale, scale))
     return values, vectors
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.foundation.errors import InputError, reported_places
 from symoro_elastic.machine.formula import FormulaError
-from symoro_elastic.machine.frames import FrameNames
+from symoro_elastic.machine.frames import FrameNames, Points, points_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import WRENCH
 from symoro_elastic.machine.scene import COMPONENTS, Point, RequestedPart
-from symoro_elastic.models.cells import Points
 
 INPUT, OUTPUT = "--input", "--output"
 MOTOR_TORQUE = "tau"
@@ -41,7 +40,7 @@ class JointSignal:
 class FrameSignal:
     """Component of a wrench on frame `number`, or of its position (0), velocity (1), acceleration (2).
 
-    Components 0-2 are linear, 3-5 angular (rotations are small), in axes of frame 0; `at` is a point of its body.
+    Components 0-2 are linear, 3-5 angular (rotations are small), in axes of frame 0; `at` is a point in the frame.
     """
 
     name: str
@@ -66,12 +65,12 @@ def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
 
 def positions(machine: Machine, names: Iterable[str], place: str) -> list[Signal]:
     """Return outputs that are positions; raises `InputError` that names this place for others."""
-    with placed({OUTPUT: place}):
-        found = outputs(machine, names)
-    for signal in found:
+    with reported_places({OUTPUT: place}):
+        signals = outputs(machine, names)
+    for signal in signals:
         if signal.order:
             raise machine.error(place, f"{signal.name} is no position: name one, such as tool.x or motor.q")
-    return found
+    return signals
 
 
 def default_inputs(machine: Machine) -> list[str]:
@@ -113,9 +112,9 @@ def entry_of(machine: Machine, signal: JointSignal) -> int:
     return machine.independent.index(signal.number)
 
 
-def points_of(signals: Sequence[Signal]) -> Points:
-    """Return the points of signals, each once."""
-    return tuple(dict.fromkeys((s.number, s.at) for s in signals if isinstance(s, FrameSignal) and s.at))
+def points_of_signals(machine: Machine, signals: Sequence[Signal]) -> Points:
+    """Return the frames of signals that have no row, each once."""
+    return points_of(machine, ((s.number, s.at) for s in signals if isinstance(s, FrameSignal)))
 
 
 def _input(machine: Machine, name: str) -> Signal:
@@ -153,7 +152,7 @@ def _split(machine: Machine, name: str, place: str, known: Collection[str], usua
 
 
 def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
-    """Return the number of a joint that has a variable of its own, whether independent or not."""
+    """Return the number of a joint, independent or not, that has a variable."""
     numbers = {machine.joint(j).name: j for j in machine.with_variable}
     if owner not in numbers:
         what = f"{quote(name)}: no joint {quote(owner)} moves{did_you_mean(owner, numbers)}"
@@ -163,23 +162,23 @@ def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
 
 def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:
     try:
-        asked = RequestedPart.parse(owner)
+        part = RequestedPart.parse(owner)
     except FormulaError as error:
         raise _error(machine, place, f"{quote(name)}: {error}") from None
     names, moving = FrameNames(machine), machine.degrees_of_base > 0
-    number = names.number(asked.name, or_frame_0=moving and not asked.at)
+    number = names.number(part.name, or_frame_0=moving and not part.at)
     if number == 0:
         return FrameSignal(name, 0, component, order)
-    if asked.seen_from:
-        raise _error(machine, place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'")
+    if part.seen_from:
+        raise _error(machine, place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {part.seen_from}'")
     if number is None:
-        what = f"{quote(name)}: no frame {quote(asked.name)}{did_you_mean(asked.name, names.own)}"
+        what = f"{quote(name)}: no frame {quote(part.name)}{did_you_mean(part.name, names.own)}"
         raise _error(machine, place, what)
     parameters = {parameter.name for parameter in machine.parameters}
-    unknown = sorted(set().union(*(cell.names for cell in asked.at or ())) - parameters)
+    unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - parameters)
     if unknown:
         raise _error(machine, place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
-    return FrameSignal(name, number, component, order, asked.at)
+    return FrameSignal(name, number, component, order, part.at)
 
 
 def _error(machine: Machine, place: str, what: str) -> InputError:

@@ -1,4 +1,4 @@
-"""Errors of a model's results in units of rounding, beside the effect of a one-ulp change of the inputs.
+"""Errors of a model's results in units of rounding, and the effect of a one-ulp change of the inputs.
 
 The error at a state is the largest difference from the exact result over its largest entry (over 1 where the result
 is zero), divided by the unit roundoff u of the arithmetic; of a model with several results, the worst of these. Exact
@@ -21,10 +21,9 @@ from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.packages import import_optional
-from symoro_elastic.foundation.progress import Progress, no_progress
-from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluate_arrays
-from symoro_elastic.numerics.quantile_bound import bound_of_more, bound_of_quotients
+from symoro_elastic.models.programs.catalogue import TracedModel
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluate_arrays
+from symoro_elastic.numerics.evaluation.quantile_bound import bound_of_more, bound_of_quotients
 from symoro_elastic.numerics.verification.states import States
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, library
 from symoro_elastic.symbolic.operations import COSPI, MAXIMUM, MINIMUM, SIGN
@@ -35,10 +34,10 @@ PROVEN_ZERO = 1e-100
 """Results that are proven smaller are zero."""
 
 ComputedResults = Mapping[str, AnyArray | Sequence[AnyArray]]
-"""Results by name, states along the first axis; a sequence of arrays stands for their sum."""
+"""Results by name, states along the first axis; a sequence of arrays represents its sum."""
 
 Sizes = dict[str, tuple[Array, Array]]
-"""By result, absolute errors and the largest exact entries."""
+"""Absolute errors and the largest exact entries, by result."""
 
 NUMBERS_AT_ONCE = 2_000_000
 LEAST_MOVES, MOVED_STATES = 32, 400
@@ -48,7 +47,7 @@ ENCLOSURE_WIDTH = 2.0**-20
 EXTENDED_ZERO = 1e-300
 """Extended results that are smaller are zero."""
 UNSEEN = 100_000
-"""States beside those measured that errors are bounded for."""
+"""Number of future states for which errors are bounded."""
 LEAST_ERROR = 2.0**-6
 """Errors below it, in u, are as good as it: exact results have no tail."""
 
@@ -72,7 +71,7 @@ class Errors:
     Next to them, worst and median effect of moving every input (variables, velocities, torques, parameters) one ulp
     up or down at the same states; NaN where numpy has no extended precision. States where the model divides by zero,
     or whose exact results are out of range, are not `judged`. `unseen` bounds the worst error at `UNSEEN` other states
-    drawn the same way (`numerics/quantile_bound.py`).
+    drawn the same way (`numerics/evaluation/quantile_bound.py`).
     """
 
     u: float
@@ -99,7 +98,7 @@ class Reference:
     """The exact results of a model at states, in extended precision, each computed once."""
 
     def __init__(self, traced: TracedModel, states: States, values: Mapping[str, float]) -> None:
-        """States along the first axis; `values` are those of the parameters."""
+        """Store the model, states along the first axis, and the values of the parameters."""
         self.traced, self.states, self.values = traced, states, values
         self._step = max(1, NUMBERS_AT_ONCE // (1 + len(traced.program.nodes)))
         self._known: dict[int, dict[str, AnyArray]] = {}
@@ -109,43 +108,39 @@ class Reference:
         return [slice(k, min(k + self._step, count)) for k in range(0, count if HAS_EXTENDED else 0, self._step)]
 
     def at(self, part: slice) -> dict[str, AnyArray]:
-        """Return results by name at the states of one of the `parts`."""
+        """Return results by name at the states of a slice from `parts`."""
         if part.start not in self._known:
-            whole = self.states[part.start : part.start + self._step]
-            self._known[part.start] = evaluate_arrays(self.traced, whole, self.values, EXTENDED)
+            states = self.states[part.start : part.start + self._step]
+            self._known[part.start] = evaluate_arrays(self.traced, states, self.values, EXTENDED)
         return {name: entries[: part.stop - part.start] for name, entries in self._known[part.start].items()}
 
 
 def measure(
-    traced: TracedModel,
+    reference: Reference,
     results: ComputedResults,
-    states: States,
-    values: Mapping[str, float],
     precision: Precision = DOUBLE,
     *,
+    count: int | None = None,
     seed: int = 0,
-    progress: Progress = no_progress,
-    reference: Reference | None = None,
     cancelling: bool = True,
 ) -> Errors:
-    """Return the errors of `results`, computed in this precision for `states` and the parameters `values`.
+    """Return the errors of `results`, computed in this precision at the first `count` states of a reference, or at all.
 
     States and values are exact as they are: where the arrays of the precision do not hold them (`round_states`,
-    `rounded_values` do), their rounding is part of the error. A `reference` at these states, or at more, saves time.
-    Where cancelling terms do not make errors grow, as in double-double, they need not count for the bound.
+    `rounded_values` do), their rounding is part of the error. Where cancelling terms do not make errors grow, as in
+    double-double, they need not count for the bound.
     Some 20 000 states a second for a 6-joint arm; a thousand times fewer in double-double, or where numpy has no
     extended precision. Raises `InputError` where python-flint is missing, `ValueError` for results of other shapes.
     """
-    judge = _Judge(traced, results, states, values, precision)
-    reference = reference or Reference(traced, states, values)
-    errors, effects = np.full((2, len(states)), np.nan)
+    judge = _Judge(reference, results, precision, len(reference.states) if count is None else count)
+    states = len(judge.states)
+    errors, effects = np.full((2, states), np.nan)
     sizes: list[Sizes] = []
-    for part in reference.parts(len(states)):
+    for part in reference.parts(states):
         wanted = reference.at(part)
         errors[part] = judge.quickly(part, wanted)
         effects[part] = judge.effects(part, wanted, np.random.default_rng([seed, part.start]))
         sizes.append(judge.sizes(part, wanted))
-        progress(part.stop, len(states))
     judge.prove_worst(errors)
     judge.prove_worst_effect(errors, effects, random.Random(seed))
     return _summary(errors, effects, judge.u, _unseen(errors, sizes if cancelling else ()))
@@ -182,18 +177,12 @@ def _summary(errors: Array, effects: Array, u: float, unseen: float) -> Errors:
 
 
 class _Judge:
-    """The results of one model beside exact ones."""
+    """Compares the results of a model with exact results."""
 
-    def __init__(
-        self,
-        traced: TracedModel,
-        results: ComputedResults,
-        states: States,
-        values: Mapping[str, float],
-        precision: Precision,
-    ) -> None:
-        self.traced, self.states, self.values = traced, states, values
-        self.results = {output.name: _parts(results[output.name], len(states)) for output in traced.program.outputs}
+    def __init__(self, reference: Reference, results: ComputedResults, precision: Precision, count: int) -> None:
+        self.traced, self.states, self.values = reference.traced, reference.states[:count], reference.values
+        outputs = self.traced.program.outputs
+        self.results = {output.name: _parts(results[output.name], len(self.states)) for output in outputs}
         self.u = 2.0**-precision.bits
         self.inputs = TYPES[precision.state]
         self.is_extended_enough = HAS_EXTENDED and precision.bits <= MOST_EXTENDED_BITS
@@ -207,10 +196,10 @@ class _Judge:
         return errors
 
     def sizes(self, part: slice, wanted: Mapping[str, AnyArray]) -> Sizes:
-        """Return absolute errors, in u, and the largest exact entries of each result."""
-        found = _differences(self._results(part), wanted)
+        """Return absolute errors, in u, and the largest exact entries, by result."""
+        differences = _differences(self._results(part), wanted)
         with np.errstate(over="ignore"):
-            return {name: (np.asarray(x / self.u, float), np.asarray(y, float)) for name, (x, y) in found.items()}
+            return {name: (np.asarray(x / self.u, float), np.asarray(y, float)) for name, (x, y) in differences.items()}
 
     def _results(self, part: slice) -> dict[str, list[AnyArray]]:
         return {name: [x[part] for x in parts] for name, parts in self.results.items()}
@@ -221,12 +210,12 @@ class _Judge:
         some = slice(0, max(0, MOVED_STATES - part.start))
         states = self.states[part][some]
         for _ in range(math.ceil(LEAST_MOVES / len(self.states)) if len(states) else 0):
-            other = evaluate_arrays(self.traced, *self._moved(states, rng), EXTENDED)
+            other = evaluate_arrays(self.traced, *self._perturb(states, rng), EXTENDED)
             effect = _distance({name: [x] for name, x in other.items()}, {name: x[some] for name, x in wanted.items()})
             effects[some] = np.fmax(effects[some], effect / self.u)
         return effects
 
-    def _moved(self, states: States, rng: np.random.Generator) -> tuple[States, Parameters]:
+    def _perturb(self, states: States, rng: np.random.Generator) -> tuple[States, Parameters]:
         """Return every input one ulp up or down, at random; parameters become one number a state."""
 
         def off(x: Array) -> Array:
@@ -237,8 +226,8 @@ class _Judge:
 
     def _off(self, x: Any, towards: Any) -> Any:
         """Return numbers one ulp of the precision off."""
-        held = np.asarray(x, self.inputs)
-        return x + (np.nextafter(held, np.asarray(towards, self.inputs)).astype(float) - held.astype(float))
+        rounded = np.asarray(x, self.inputs)
+        return x + (np.nextafter(rounded, np.asarray(towards, self.inputs)).astype(float) - rounded.astype(float))
 
     def prove_worst(self, errors: Array) -> None:
         """Replace errors by proven ones: all unknown ones, then the largest until it is proven."""
@@ -263,7 +252,7 @@ class _Judge:
         symbols = self._symbols(state)
         moved = {name: self._off(x, source.choice((-math.inf, math.inf))) for name, x in symbols.items()}
         try:
-            wanted, other = (self._enclosed(inputs) for inputs in (symbols, moved))
+            wanted, other = (self._enclose(inputs) for inputs in (symbols, moved))
         except NoEnclosure:
             return math.nan
         return max(distance(other[name], entries) for name, entries in wanted.items()) / self.u
@@ -274,21 +263,19 @@ class _Judge:
             symbols |= zip(argument.symbols, getattr(self.states, argument.name)[state].tolist(), strict=True)
         return symbols
 
-    def _enclosed(self, symbols: Mapping[str, float]) -> dict[str, Balls]:
+    def _enclose(self, symbols: Mapping[str, float]) -> dict[str, Balls]:
         return enclosures(self.traced.program, symbols, self.u * ENCLOSURE_WIDTH)
 
     def exactly(self, state: int) -> float:
         """Return the proven error at a state; NaN where the exact results are out of range or do not exist."""
         try:
-            wanted = self._enclosed(self._symbols(state))
+            wanted = self._enclose(self._symbols(state))
         except NoEnclosure:
             return math.nan
-        if any(is_out_of_range(entries, self.most) for entries in wanted.values()):
+        if any(entry.abs_lower() > self.most for entries in wanted.values() for entry in entries):
             return math.nan
-        return max((self._distance_from(name, state, entries) for name, entries in wanted.items()), default=0.0)
-
-    def _distance_from(self, name: str, state: int, entries: Balls) -> float:
-        return distance(sums([x[state].tolist() for x in self.results[name]]), entries) / self.u
+        computed = {name: sums([x[state].tolist() for x in self.results[name]]) for name in wanted}
+        return max((distance(computed[name], entries) / self.u for name, entries in wanted.items()), default=0.0)
 
 
 def _parts(results: AnyArray | Sequence[AnyArray], states: int) -> list[AnyArray]:
@@ -339,7 +326,7 @@ def enclosures(program: Program, symbols: Mapping[str, float], negligible: float
     bits = FIRST_BITS
     while bits <= MOST_BITS:
         with flint.ctx.workprec(bits):
-            results = _evaluated(program, symbols)
+            results = _evaluate(program, symbols)
             if all(_is_tight(entries, negligible) for entries in results.values()):
                 return results
         bits *= 2
@@ -347,14 +334,14 @@ def enclosures(program: Program, symbols: Mapping[str, float], negligible: float
 
 
 def sums(parts: Sequence[Sequence[float]]) -> Balls:
-    """Return the exact sums of numbers given in parts."""
+    """Return the exact sums of corresponding numbers of several sequences."""
     flint = _flint()
     with flint.ctx.workprec(FIRST_BITS):
         return [sum(map(flint.arb, entry), flint.arb(0)) for entry in zip(*parts, strict=True)]
 
 
 def distance(computed: Balls, entries: Balls) -> float:
-    """Return the largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
+    """Return the largest difference from enclosed entries over the largest entry, or over 1 where all are zero.
 
     A proven upper bound, infinite where an entry found is not finite.
     """
@@ -372,11 +359,6 @@ def scale(entries: Balls) -> Any:
     return largest if largest > PROVEN_ZERO else _flint().arb(1)
 
 
-def is_out_of_range(entries: Balls, most: float) -> bool:
-    """Return whether an entry is surely larger than the largest number of a precision."""
-    return any(entry.abs_lower() > most for entry in entries)
-
-
 def _is_tight(entries: Balls, negligible: float) -> bool:
     if not all(entry.is_finite() for entry in entries):
         return False
@@ -385,7 +367,7 @@ def _is_tight(entries: Balls, negligible: float) -> bool:
     return all(entry.rad() <= allowed for entry in entries)
 
 
-def _evaluated(program: Program, symbols: Mapping[str, float]) -> dict[str, Balls]:
+def _evaluate(program: Program, symbols: Mapping[str, float]) -> dict[str, Balls]:
     balls, arb = _arithmetic(), _flint().arb
     value = evaluate_nodes(program.nodes, {name: arb(x) for name, x in symbols.items()}, balls)
     return {output.name: [value(x) for x in output.entries] for output in program.outputs}

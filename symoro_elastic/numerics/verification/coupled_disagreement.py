@@ -17,14 +17,14 @@ from functools import cached_property
 from typing import Any
 
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.free_base import with_given_acceleration
+from symoro_elastic.machine.frames import with_given_acceleration
 from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.loops import Closing
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.models.catalogue import expressions
+from symoro_elastic.models.bound.state import DEPENDENT
 from symoro_elastic.models.loops.plan import lacks_closed_form
-from symoro_elastic.models.state import DEPENDENT
-from symoro_elastic.numerics.verification.linear_systems import Numbers, distance, dot, solve
+from symoro_elastic.models.programs.catalogue import expressions
+from symoro_elastic.numerics.evaluation.linear_systems import Numbers, distance, dot, solve
 from symoro_elastic.numerics.verification.reference import Reference, StateArguments, StateReference
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.decimals import decimals, in_digits
@@ -34,7 +34,7 @@ DIGITS, STEP = 100, Fraction(1, 10**25)
 """Differences over such steps have 50 digits."""
 NEWTON_STEPS = 6
 BRANCH = 1e-9
-"""How far variables of closed form may be from those that continuation finds: 1e-11, rounded."""
+"""Largest difference of variables in closed form from continuation on the same branch (continuation errs by 1e-11)."""
 
 
 def newton_euler_disagreement(point: StateReference, seed: int = 0) -> float:
@@ -44,8 +44,8 @@ def newton_euler_disagreement(point: StateReference, seed: int = 0) -> float:
         return _coupled_disagreement(point, seed)
     x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
     wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
-    given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
-    results = point.run(reference.newton_euler, point.arguments(reference.newton_euler, given))
+    arguments = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
+    results = point.run(reference.newton_euler, point.arguments(reference.newton_euler, arguments))
     return distance([*results.get("f0", ()), *results["tau"]], wanted)
 
 
@@ -59,17 +59,17 @@ def _coupled_disagreement(point: StateReference, seed: int) -> float:
     motion = _Motion(point, x[point.of_base :])
     closed = motion.at_start
     dependent = [closed.x[str(machine.joint(j).variable)] for j in machine.dependent]
-    given = {"V0d": x[: point.of_base], DEPENDENT: dependent}
+    arguments = {"V0d": x[: point.of_base], DEPENDENT: dependent}
     n = len(x)
-    A = point.run(reference.inertia, point.arguments(reference.inertia, given))["A"]
-    H = point.run(reference.bias, point.arguments(reference.bias, given))["H"]
+    A = point.run(reference.inertia, point.arguments(reference.inertia, arguments))["A"]
+    H = point.run(reference.bias, point.arguments(reference.bias, arguments))["H"]
     wanted = [dot(A[k * n : (k + 1) * n], x) + H[k] for k in range(n)]
     off = distance([*point.variables.values()], [closed.x[name] for name in point.variables])
-    return max(distance(motion.forces(given), wanted), 0.0 if lacks_closed_form(machine) else off)
+    return max(distance(motion.forces(arguments), wanted), 0.0 if lacks_closed_form(machine) else off)
 
 
 def branch_error(reference: Reference, state: StateArguments) -> float:
-    """Return 1 where closed forms give dependent variables on another branch than the state has them, else 0."""
+    """Return 1 where closed forms give dependent variables on another branch than the state's, else 0."""
     machine, coupled = reference.machine, reference.coupled
     if coupled is None or not machine.loops:
         return 0.0
@@ -78,72 +78,70 @@ def branch_error(reference: Reference, state: StateArguments) -> float:
     for argument in ("q", DEPENDENT):
         symbols |= zip(coupled.entries[argument], map(float, state[argument]), strict=True)
     value = evaluate([coupled.bound.variables[j] for j in machine.dependent], symbols, FLOATS)
-    found = [(j, float(value(coupled.bound.variables[j]))) for j in machine.dependent]
+    values = [(j, float(value(coupled.bound.variables[j]))) for j in machine.dependent]
     turns = {j: 2 * math.pi if machine.joint(j).sigma == 0 else math.inf for j in machine.dependent}
-    away = [math.remainder(x - float(y), turns[j]) for (j, x), y in zip(found, state[DEPENDENT], strict=True)]
+    away = [math.remainder(x - float(y), turns[j]) for (j, x), y in zip(values, state[DEPENDENT], strict=True)]
     return float(any(abs(x) > BRANCH for x in away))
 
 
 @dataclass(frozen=True)
 class _Position:
-    """Joint coordinates and those of cut joints by name, and values of the joints of the tree by number."""
+    """A position: joint variables by name, cut joints included, and values of the tree's joints by number."""
 
     x: dict[str, Any]
     q: dict[int, Any]
 
 
 class _Motion:
-    """Positions along u + ud t + udd t^2/2 from a state, and beside its start."""
+    """Positions along u + ud t + udd t^2/2 from a state, for differences about its start."""
 
     def __init__(self, point: StateReference, udd: Numbers) -> None:
         self.point, self.machine, self.udd = point, point.reference.machine, udd
         self.h = point.arithmetic.number(STEP)
         self.names = [str(self.machine.joint(j).variable) for j in self.machine.independent]
         dependent = [str(self.machine.joint(j).variable) for j in self.machine.dependent]
-        self.cuts = [str(self.machine.joint(one.cut).variable) for one in self.machine.loops if self._turns(one.cut)]
+        of_cuts = [self.machine.joint(loop.cut).variable for loop in self.machine.loops]
+        self.cuts = [str(variable) for variable in of_cuts if variable is not None]
         self.sought = [*dependent, *self.cuts]
-
-    def _turns(self, cut: int) -> bool:
-        return self.machine.joint(cut).variable is not None
 
     @cached_property
     def at_start(self) -> _Position:
         """The position of the state, its loops closed."""
-        found = {**self.point.variables, **self._cut_variables()}
+        variables = {**self.point.variables, **self._cut_variables()}
         for _ in range(NEWTON_STEPS):
-            found = self._nearer(found, self._jacobian(found))
-        return self._position(found)
+            variables = self._nearer(variables, self._jacobian(variables))
+        return self._position(variables)
 
     def _cut_variables(self) -> dict[str, Any]:
-        """Values of the cut joints: where e stands, seen from m, with the cut joint at zero."""
-        found: dict[str, Any] = {}
-        placed = self.point.placements(
+        """Return values of the cut joints: the position of e relative to m, with the cut joint at zero."""
+        variables: dict[str, Any] = {}
+        placements = self.point.placements(
             {**self.point.variables, **dict.fromkeys(self.cuts, self.point.arithmetic.number(0))}
         )
         for loop in self.machine.loops:
             joint = self.machine.joint(loop.cut)
-            e, m = placed[loop.cut], placed[loop.meets]
+            e, m = placements[loop.cut], placements[loop.meets]
             if joint.sigma == 1:
-                found[str(joint.variable)] = sum((m[k][3] - e[k][3]) * e[k][2] for k in range(3))
+                variables[str(joint.variable)] = sum((m[k][3] - e[k][3]) * e[k][2] for k in range(3))
             elif joint.variable is not None:
                 cosine, sine = (sum(e[k][n] * m[k][0] for k in range(3)) for n in (0, 1))
-                found[str(joint.variable)] = self.point.arithmetic.number(Fraction(math.atan2(sine, cosine)))
-        return found
+                variables[str(joint.variable)] = self.point.arithmetic.number(Fraction(math.atan2(sine, cosine)))
+        return variables
 
     def _gaps(self, variables: Mapping[str, Any]) -> Numbers:
         """Entries of 0T_e - 0T_m, positions only where points meet."""
         if not self.machine.loops:
             return []
-        placed = self.point.placements(variables)
+        placements = self.point.placements(variables)
         return [
-            placed[loop.cut][row][column] - placed[loop.meets][row][column]
+            placements[loop.cut][row][column] - placements[loop.meets][row][column]
             for loop in self.machine.loops
             for row in range(3)
             for column in ((3,) if loop.closes is Closing.POINT else range(4))
         ]
 
     def _jacobian(self, at: Mapping[str, Any]) -> list[Numbers]:
-        """Columns of derivatives of the gaps by what is sought."""
+        """Return the derivatives of the gaps by each unknown variable."""
         columns = []
         for name in self.sought:
             after, before = (self._gaps({**at, name: at[name] + way * self.h}) for way in (1, -1))
@@ -172,18 +170,18 @@ class _Motion:
     def _columns(self) -> list[Numbers]:
         return self._jacobian(self.at_start.x)
 
-    def _beside(self, moves: Mapping[str, Any]) -> _Position:
+    def _neighbour(self, moves: Mapping[str, Any]) -> _Position:
         """The position with independent variables changed by this much."""
-        found = {**self.at_start.x, **{name: self.at_start.x[name] + move for name, move in moves.items()}}
+        variables = {**self.at_start.x, **{name: self.at_start.x[name] + move for name, move in moves.items()}}
         for _ in range(NEWTON_STEPS):
-            found = self._nearer(found, self._columns)
-        return self._position(found)
+            variables = self._nearer(variables, self._columns)
+        return self._position(variables)
 
     def forces(self, given: Mapping[str, Numbers]) -> Numbers:
         """Forces on the base and on the independent variables that the motion needs, friction included."""
         h, start = self.h, self.at_start
         after, before = (
-            self._beside(
+            self._neighbour(
                 {n: t * v + t * t * a / 2 for n, v, a in zip(self.names, self.point.qd, self.udd, strict=True)}
             )
             for t in (h, -h)
@@ -199,7 +197,7 @@ class _Motion:
 
     def _on(self, name: str, Gamma: Mapping[int, Any], qd: Mapping[int, Any], xd: Mapping[str, Any]) -> Any:
         """The force on one independent variable."""
-        after, before = (self._beside({name: way * self.h}) for way in (1, -1))
+        after, before = (self._neighbour({name: way * self.h}) for way in (1, -1))
         total = sum(x * (after.q[j] - before.q[j]) for j, x in Gamma.items())
         for j in self.machine.articulated:
             joint = self.machine.joint(j)

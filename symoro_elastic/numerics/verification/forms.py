@@ -1,8 +1,8 @@
 """The form of the direct dynamic model, by recursion or by the inertia matrix: operations, and errors as predicted.
 
-Errors are predicted in single precision, beside double precision: in units of rounding they are those of any precision,
+Errors are predicted in single precision: in units of rounding they are the same in any precision,
 as long as they are small. States are drawn from a seed and sines are rounded from double precision, so that a machine
-takes the same form on every computer.
+gets the same form on every computer.
 """
 
 from __future__ import annotations
@@ -15,40 +15,38 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.codegen.printers import constant_values
-from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import BY_INERTIA, TracedModel, models_of
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.arrays import evaluate_arrays
-from symoro_elastic.numerics.values import NoValues, parameter_values
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import BY_INERTIA, TracedModel, models_of
+from symoro_elastic.numerics.evaluation.arrays import evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import NoValues, parameter_values
 from symoro_elastic.numerics.verification.states import States, moderate_states
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
+from symoro_elastic.symbolic.arithmetic import Arithmetic, library
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIN
 from symoro_elastic.symbolic.program import OperationCount
 
 MODEL = "direct_dynamics"
 WITHIN = 2.0
-"""Errors that may be so many times those of the recursion."""
+"""Largest error of a form, relative to the error of the recursion."""
 DOUBT = 1.25
 """Predicted ratios of errors are true to this factor (`python -m tests.benchmarks.forms`)."""
 STATES, DRAWS, SHARE = 1000, 4, 0.99
-"""States that errors are predicted at of each draw of parameters without value; the share of all that keeps the error.
-"""
+"""States for predicted errors in each draw of parameters, number of draws, share of states within the error."""
 LONGEST = 20_000
 """Operations of a form whose error is predicted although it has more of them."""
 LEAST, LARGEST = 0.5, 1e5
-"""In u: smaller errors are as good as the least; larger ones say nothing of double precision."""
+"""Smallest and largest predicted errors that count, in u: smaller ones are equal, larger ones predict nothing."""
 NUMBERS_AT_ONCE = 2_000_000
 U = 2.0**-24
 
 
 @dataclass(frozen=True)
 class Form:
-    """A form of the model: its operations, and the predicted error that 99 of 100 states keep.
+    """A form of the model: its operations, and the predicted error that 99 of 100 states do not exceed.
 
     The error of a state is the largest one over the largest entry of the result, in units of half an ulp of 1.
     """
@@ -65,7 +63,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Choice:
-    """The form that was chosen, and why; `forms` are those that were traced, the recursion first.
+    """The chosen form, and the reason; `forms` are the traced forms, the recursion first.
 
     `traced` is the model of the scene in the form that was chosen: it is not traced again.
     """
@@ -77,8 +75,8 @@ class Choice:
 
     @property
     def ratio(self) -> float:
-        """Predicted error of the inertia matrix over that of the recursion; NaN where they were not predicted."""
-        errors = [max(one.error, LEAST) for one in self.forms]
+        """Predicted error of the inertia matrix over that of the recursion; NaN without predictions."""
+        errors = [max(form.error, LEAST) for form in self.forms]
         return errors[-1] / errors[0] if len(errors) > 1 else np.nan
 
     @property
@@ -117,12 +115,12 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     It is decided by counts and seeded states, never by a clock. Where errors cannot be predicted it is the recursion.
     `with_errors` predicts them also where the recursion has the fewest operations.
     """
-    recursion = _traced(machine, scene, RECURSION)
+    recursion = _trace(machine, scene, RECURSION)
     first = Form(RECURSION, recursion.program.count, np.nan)
     least = fewest_operations(restrict(machine, scene))
     if least >= first.operations > 0:
-        return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,), recursion)
-    inertia = _traced(machine, scene, INERTIA)
+        return Choice(RECURSION, f"{first.operations} operations, the inertia matrix needs more", (first,), recursion)
+    inertia = _trace(machine, scene, INERTIA)
     second = Form(INERTIA, inertia.program.count, np.nan)
     if second.operations >= (LONGEST if with_errors else first.operations):
         return Choice(RECURSION, _more(first, second), (first, second), recursion)
@@ -131,15 +129,15 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     except (InputError, NoValues) as error:
         return Choice(RECURSION, f"errors cannot be predicted: {error}", (first, second), recursion)
     forms = (replace(first, error=errors[0]), replace(second, error=errors[1]))
-    chosen, reason = _decided(*forms)
+    chosen, reason = _choose(*forms)
     return Choice(chosen, reason, forms, inertia if chosen == INERTIA else recursion)
 
 
 def _more(recursion: Form, inertia: Form) -> str:
-    return f"{recursion.operations} operations, the inertia matrix takes {inertia.operations}"
+    return f"{recursion.operations} operations, the inertia matrix needs {inertia.operations}"
 
 
-def _decided(recursion: Form, inertia: Form) -> tuple[str, str]:
+def _choose(recursion: Form, inertia: Form) -> tuple[str, str]:
     """Return the form that is chosen of the two, and why."""
     counts = f"{inertia.operations} operations instead of {recursion.operations}"
     errors = f"predicted error {inertia.error:.3g} u, {recursion.error:.3g} u of the recursion"
@@ -148,12 +146,12 @@ def _decided(recursion: Form, inertia: Form) -> tuple[str, str]:
     if not max(inertia.error, recursion.error) <= LARGEST:
         return RECURSION, "errors are too large to be predicted"
     if max(inertia.error, LEAST) * DOUBT > WITHIN * max(recursion.error, LEAST):
-        return RECURSION, f"the inertia matrix takes {counts}, but it is less accurate: {errors}"
+        return RECURSION, f"the inertia matrix needs {counts}, but it is less accurate: {errors}"
     return INERTIA, f"{counts}, {errors}"
 
 
 def fewest_operations(machine: Machine) -> int:
-    """Return products and sums that factors of the inertia matrix take of joints that turn; 0 of loops.
+    """Return the products and sums of factoring the inertia matrix of the rotating joints; 0 of loops.
 
     Joints that follow others move with these: they add to entries of the matrix, and make none zero.
     """
@@ -169,38 +167,39 @@ def fewest_operations(machine: Machine) -> int:
 
 
 def predicted_errors(machine: Machine, scene: Scene, forms: tuple[TracedModel, ...]) -> list[float]:
-    """Return the error of each form that 99 of 100 moderate states keep, in u; infinite where it has no value.
+    """Return, for each form, the error that 99 of 100 moderate states do not exceed, in u; infinite without a value.
 
     Parameters without value get a plausible one. Raises `InputError`, `NoValues`.
     """
-    kept = restrict(machine, scene)
-    draws = [_drawn(kept, seed) for seed in range(DRAWS)]
+    restricted = restrict(machine, scene)
+    draws = [_draw(restricted, seed) for seed in range(DRAWS)]
     errors = [np.concatenate([_errors(form, states, values) for states, values in draws]) for form in forms]
-    return [float(np.quantile(one, SHARE, method="higher")) for one in errors]
+    return [float(np.quantile(row, SHARE, method="higher")) for row in errors]
 
 
-def _drawn(machine: Machine, seed: int) -> tuple[States, dict[str, float]]:
+def _draw(machine: Machine, seed: int) -> tuple[States, dict[str, float]]:
     """Return states and values of parameters that single precision holds."""
-    values = {name: _rounded(x) for name, x in parameter_values(machine, seed).items()}
+    values = {name: _round(x) for name, x in parameter_values(machine, seed).items()}
     states = moderate_states(machine, STATES, seed, values)
-    return states.map(_rounded), values
+    return states.map(_round), values
 
 
-def _traced(machine: Machine, scene: Scene, form: str) -> TracedModel:
+def _trace(machine: Machine, scene: Scene, form: str) -> TracedModel:
     outputs = {name: asked for name, asked in scene.outputs.items() if name == MODEL}
     only = replace(scene, models=(MODEL,), outputs=outputs, steps=(), form=form)
-    return next(one for one in trace_models(machine, only).models if one.model.name == MODEL)
+    return next(model for model in trace_models(machine, only).models if model.model.name == MODEL)
 
 
 def _errors(form: TracedModel, states: States, values: dict[str, float]) -> Array:
     """Return the error at each state, in u."""
     step = max(1, NUMBERS_AT_ONCE // (1 + len(form.program.nodes)))
     parts = [states[k : k + step] for k in range(0, len(states), step)]
-    return np.concatenate([_distance(_in_single(form, some, values), form, some, values) for some in parts])
+    return np.concatenate([_distance(form, part, values) for part in parts])
 
 
-def _distance(found: dict[str, AnyArray], form: TracedModel, states: States, values: dict[str, float]) -> Array:
+def _distance(form: TracedModel, states: States, values: dict[str, float]) -> Array:
     worst = np.zeros(len(states))
+    found = evaluate_arrays(form, states, values, np.float32, _single())
     with np.errstate(all="ignore"):
         for name, exact in evaluate_arrays(form, states, values, np.float64).items():
             scale = np.abs(exact).max(axis=1, initial=0)
@@ -209,28 +208,9 @@ def _distance(found: dict[str, AnyArray], form: TracedModel, states: States, val
     return worst
 
 
-def _in_single(form: TracedModel, states: States, values: dict[str, float]) -> dict[str, AnyArray]:
-    """Return results of a model by name, (states, entries), every operation rounded to single precision."""
-    symbols: dict[str, Any] = {name: np.float32(x) for name, x in values.items()}
-    for argument in form.program.inputs:
-        columns = getattr(states, argument.name).T.astype(np.float32)
-        symbols |= dict(zip(argument.symbols, columns, strict=True))
-    outputs = form.program.outputs
-    entries = [x for output in outputs for x in output.entries]
-    known = {node: np.float32(x) for node, x in constant_values(entries).items()}
-    with np.errstate(all="ignore"):
-        value = evaluate(entries, symbols, _single(), known)
-        return {output.name: _columns([value(x) for x in output.entries], len(states)) for output in outputs}
-
-
-def _columns(entries: list[Any], states: int) -> AnyArray:
-    rows = [np.broadcast_to(np.float64(x), states) for x in entries]
-    return np.stack(rows, axis=1) if rows else np.empty((states, 0))
-
-
 @cache
 def _single() -> Arithmetic[Any]:
-    """Return single precision, its functions rounded from double precision: the same on every processor."""
+    """Return single precision with functions rounded from double precision: equal on every processor."""
 
     def of(function: Callable[..., Any]) -> Callable[..., Any]:
         return lambda *xs: function(*(np.float64(x) for x in xs)).astype(np.float32)
@@ -242,6 +222,6 @@ def _single() -> Arithmetic[Any]:
     return Arithmetic(number, library(np, {**own, PI: lambda: np.float32(np.pi)}))
 
 
-def _rounded(x: Any) -> Any:
+def _round(x: Any) -> Any:
     """Return numbers that single precision holds."""
     return np.float64(np.float32(x))

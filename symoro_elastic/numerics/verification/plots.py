@@ -20,11 +20,11 @@ def _(result: Verification) -> dict[str, Plot | str]:
 
 def _errors(result: Verification, axes: Any) -> None:
     errors: dict[str, list[float | None]] = {
-        "C": [one.c.error if one.c else None for one in result.models],
-        "numpy": [one.numpy.error for one in result.models],
-        "floats": [one.equations.error for one in result.models],
-        "bound": [one.bound for one in result.models],
+        "C": [model.c.error if model.c else None for model in result.models],
+        "numpy": [model.numpy.error for model in result.models],
+        "floats": [model.equations.error for model in result.models],
+        "bound": [model.bound for model in result.models],
     }
-    dots(axes, errors, [one.name for one in result.models])
+    dots(axes, errors, [model.name for model in result.models])
     axes.set_xlabel("relative error; none is drawn for 0")
     legend(axes)

@@ -17,25 +17,21 @@ from typing import Any
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.free_base import with_given_acceleration
+from symoro_elastic.machine.frames import row_under, with_given_acceleration
 from symoro_elastic.machine.joints import Cogging
-from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
+from symoro_elastic.machine.loops import Closing
+from symoro_elastic.machine.machine import Joint, Kind, Machine, NamedFrame, Spring
 from symoro_elastic.mechanics.lagrange import inertia_matrix
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import TracedModel, expressions
-from symoro_elastic.models.model import CheckedBy
-from symoro_elastic.models.tracing import Trace
-from symoro_elastic.numerics.verification.coupled_reference import (
-    CoupledNumbers,
-    CoupledPrograms,
-    driven_motion,
-    projection,
-    shared_torques,
-)
-from symoro_elastic.numerics.verification.linear_systems import (
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import CheckedBy
+from symoro_elastic.models.bound.state import position_blocks
+from symoro_elastic.models.bound.tracing import Trace
+from symoro_elastic.models.programs.catalogue import TracedModel, expressions
+from symoro_elastic.numerics.evaluation.linear_systems import (
     NumberMatrix,
     Numbers,
     Screw,
+    Singular,
     dot,
     inverse,
     product,
@@ -51,24 +47,30 @@ from symoro_elastic.symbolic.program import Program
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
 STEP = Fraction(1, 10**17)
-"""Of differences by which a stiffness is differentiated."""
+"""Step of the differences that differentiate a stiffness."""
 
 StateArguments = Mapping[str, Array]
+Column = Mapping[int, Any]
+Rows = Mapping[int, Numbers]
+"""Rows of a matrix by the joint that owns the variable."""
+PARALLEL = 1e-12
+"""Relative size of a row of dx/du, less the combination of other rows, below which it depends on them."""
 
 
 class Reference:
-    """The models of a machine, in many digits: equations as they are traced, whose factors nobody looked for.
+    """Reference values of a machine's models in many digits, from the traced equations before simplification.
 
-    `values` are the numbers that the generated code is given; `folded` names stand for the
-    exact values of the machine. `solved` False asks for the traced models themselves, for
-    machines so large that solving takes too long.
+    `values` are the numbers given to the generated code; `folded` names have the
+    exact values of the machine. `solved` False runs the traced models themselves, for
+    machines so large that solving is too slow.
     """
 
     def __init__(self, machine: Machine, values: Mapping[str, float], folded: Sequence[str], solved: bool) -> None:
         self.machine, self.solved = machine, solved
         self.values = {name: value for name, value in values.items() if name not in folded}
         self.exact = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
-        self.coupled = CoupledPrograms(machine) if machine.is_coupled or _has_changing_stiffness(machine) else None
+        changes = any(not joint.spring.stiffness.names.isdisjoint(machine.variables) for joint in machine.joints)
+        self.coupled = CoupledPrograms(machine) if machine.is_coupled or changes else None
 
     def at(self, state: StateArguments) -> StateReference:
         """Return the models at a state."""
@@ -80,7 +82,7 @@ class Reference:
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
         """
-        return StateReference(self, state, _rounded(decimals(DIGITS), source), source, forces)
+        return StateReference(self, state, _with_rounding(decimals(DIGITS), source), source, forces)
 
     @cached_property
     def inertia(self) -> Trace:
@@ -89,7 +91,7 @@ class Reference:
 
     @cached_property
     def tree(self) -> Bound | None:
-        """The machine where A is asked at few states only, as it is not solved for, and it is a tree on a base."""
+        """The machine where A is needed at few states only: it is not solved for, and it is a tree on a fixed base."""
         return None if self.solved or self.machine.is_coupled or self.machine.degrees_of_base else Bound(self.machine)
 
     @cached_property
@@ -99,16 +101,12 @@ class Reference:
 
     @cached_property
     def newton_euler(self) -> Trace:
-        """Gamma for given accelerations of all joints: every joint a motor."""
+        """Gamma for given accelerations of all joints, as if every joint had a motor."""
         joints = tuple(
             replace(joint, kind=Kind.MOTOR, spring=Spring(), cogging=Cogging()) if joint.sigma != 2 else joint
             for joint in self.machine.joints
         )
         return expressions(replace(with_given_acceleration(self.machine), joints=joints), "inverse_dynamics")
-
-
-def _has_changing_stiffness(machine: Machine) -> bool:
-    return any(not joint.spring.stiffness.names.isdisjoint(machine.variables) for joint in machine.joints)
 
 
 @dataclass(frozen=True)
@@ -131,14 +129,14 @@ class StateReference:
             return ways[traced.model.checked_by](traced)
         return self.run(traced.program, self.arguments(traced.program))
 
-    def arguments(self, program: Program | Trace, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
-        """Return arguments of a program: those given, else those of the state."""
-        given = given or {}
+    def arguments(self, program: Program | Trace, replaced: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
+        """Return arguments of a program: the `replaced` ones, else the state's."""
+        replaced = replaced or {}
         names = [argument.name for argument in program.inputs]
-        return {name: given[name] if name in given else self.numbers(name) for name in names}
+        return {name: replaced[name] if name in replaced else self.numbers(name) for name in names}
 
     def run(self, program: Program | Trace, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
-        """Return results of a program, or of equations as they are traced, in this arithmetic."""
+        """Return results of a program or of traced equations in this arithmetic."""
         symbols = dict(self.names)
         for argument in program.inputs:
             symbols |= zip(argument.symbols, arguments[argument.name], strict=True)
@@ -198,25 +196,23 @@ class StateReference:
     def A(self) -> NumberMatrix:
         """The inertia matrix [8]."""
         n, tree = self.of_base + len(self.q), self.reference.tree
-        entries = self._result(self._traced_inertia() if tree is None else self._composite(tree))
+        trace = self.reference.inertia
+        entries = self.run(trace, self.arguments(trace))["A"] if tree is None else self._composite(tree)
+        entries = self._result(entries)
         return [entries[row * n : (row + 1) * n] for row in range(n)]
-
-    def _traced_inertia(self) -> Numbers:
-        traced = self.reference.inertia
-        return self.run(traced, self.arguments(traced))["A"]
 
     def _composite(self, tree: Bound) -> Numbers:
         """Return A of a tree by the recursion on numbers: expressions for all pairs of joints are for many states."""
         symbols = self.names | dict(zip(tree.arguments()["q"], self.q, strict=True))
         value = evaluate(tree.mechanism.scalars(), symbols, self.arithmetic)
-        found, rows = inertia_matrix(tree.mechanism.map(value)).A, tree.machine.independent
-        return [found[i][j] for i in rows for j in rows]
+        A, rows = inertia_matrix(tree.mechanism.map(value)).A, tree.machine.independent
+        return [A[i][j] for i in rows for j in rows]
 
     @cached_property
     def H(self) -> Numbers:
         """Bias forces, friction included."""
-        given = {"q": self.q, "qd": self.qd}
-        return self._result(self.run(self.reference.bias, self.arguments(self.reference.bias, given))["H"])
+        arguments = {"q": self.q, "qd": self.qd}
+        return self._result(self.run(self.reference.bias, self.arguments(self.reference.bias, arguments))["H"])
 
     @property
     def of_base(self) -> int:
@@ -224,7 +220,7 @@ class StateReference:
         return self.reference.machine.degrees_of_base
 
     def _result(self, entries: Numbers) -> Numbers:
-        """Return an array as it is, or one ulp of its largest entry off."""
+        """Return entries unchanged, or moved by one ulp of the largest entry where forces are perturbed."""
         if self.source is None or not self.forces:
             return entries
         ulp = max(map(abs, entries), default=0) * self.arithmetic.number(ULP)
@@ -240,7 +236,7 @@ class StateReference:
         return decimals(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
-        """Return entries of the joints with these numbers; 0 stands for those of the base, in turn."""
+        """Return the entries of the joints with these numbers; each 0 means the next entry of the base."""
         base = iter(entries[: self.of_base])
         by_number = dict(zip(self.reference.machine.independent, entries[self.of_base :], strict=True))
         return [by_number[j] if j else next(base) for j in rows]
@@ -248,20 +244,20 @@ class StateReference:
     def _inertia(self, traced: TracedModel) -> dict[str, Numbers]:
         if "A_packed" in traced.rows:
             return {"A_packed": [x for i, row in enumerate(self.A) for x in row[: i + 1]]}
-        asked = traced.rows["A"]
-        return {"A": [x for row in self._of_joints(self.A, asked) for x in self._of_joints(row, asked)]}
+        rows = traced.rows["A"]
+        return {"A": [x for row in self._of_joints(self.A, rows) for x in self._of_joints(row, rows)]}
 
     def _bias(self, traced: TracedModel) -> dict[str, Numbers]:
         return {"H": self._of_joints(self.H, traced.rows["H"])}
 
     def _passive_forces(self) -> dict[int, Any]:
-        """Return what springs and dampers exert on joint coordinates, by the joint that owns them (L3).
+        """Return the forces of springs and dampers on joint coordinates, by the joint that owns them (L3).
 
         A spring has -k (x - x0) - d xd, and -k' (x - x0)^2 / 2 on each variable by which k changes.
         """
         machine, (x, xd) = self.reference.machine, self._joint_coordinates()
         forces = dict.fromkeys(machine.with_variable, self.arithmetic.number(0))
-        for j in machine.elastic:
+        for j in machine.sprung:
             spring = machine.joint(j).spring
             stretch = x[j] - self.cell(spring.neutral)
             pressed, share = self._backlash(spring, stretch)
@@ -300,7 +296,7 @@ class StateReference:
         return (self.cell(formula, after) - self.cell(formula, before)) / (2 * h)
 
     def _on_independent(self, forces: Mapping[int, Any]) -> Numbers:
-        """Return what forces on joint coordinates are on the independent ones (L3)."""
+        """Return the forces on the independent coordinates that equal these on joint coordinates (L3)."""
         if self.reference.coupled:
             return projection(self.coupled.S_x, forces, self.arithmetic.number(0))
         return [forces[j] for j in self.reference.machine.independent]
@@ -309,15 +305,15 @@ class StateReference:
         forces = self._passive_forces()
         for j, tau in zip(self.reference.machine.motors, self.numbers("tau"), strict=True):
             forces[j] += tau
-        return self._solved(traced, [None] * len(self.q), self._on_independent(forces))
+        return self._solve_mixed(traced, [None] * len(self.q), self._on_independent(forces))
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
         if self.reference.coupled:
             return self._driven(traced)
         machine = self.reference.machine
-        given = dict(zip(machine.motors, self.numbers("qdd_motor"), strict=True))
-        return self._solved(
-            traced, [given.get(j) for j in machine.independent], self._on_independent(self._passive_forces())
+        qdd_motor = dict(zip(machine.motors, self.numbers("qdd_motor"), strict=True))
+        return self._solve_mixed(
+            traced, [qdd_motor.get(j) for j in machine.independent], self._on_independent(self._passive_forces())
         )
 
     def _driven(self, traced: TracedModel) -> dict[str, Numbers]:
@@ -328,8 +324,8 @@ class StateReference:
         wanted = {m: x - self.coupled.gam_x[m] for m, x in qdd_motor.items()}
         V0d, f0 = self._given_on_base()
         exerted = [*f0, *self._on_independent(self._passive_forces())]
-        rest = [h - x for h, x in zip(self.H, exerted, strict=True)]
-        udd, tau = driven_motion(self.A, rest, S_m, wanted, V0d)
+        bias = [h - x for h, x in zip(self.H, exerted, strict=True)]
+        udd, tau = driven_motion(self.A, bias, S_m, wanted, V0d)
         if len(tau) < len(S_m):
             tau = shared_torques(S_m, tau, {m: self._share(machine.joint(m).sharing) for m in S_m})
         wrench = [dot(row, udd) + h for row, h in zip(self.A[: self.of_base], self.H, strict=False)]
@@ -347,23 +343,23 @@ class StateReference:
         return {"zd": self.run(traced.program, self.arguments(traced.program))["zd"]}
 
     def _given_on_base(self) -> tuple[Numbers, Numbers]:
-        """Return the acceleration of the base that is known, if any, and the wrench on it, else zero."""
-        given = {name: self.numbers(name) for name in known_of_base(self.reference.machine)}
-        return given.get("V0d", []), given.get("f0", [self.arithmetic.number(0)] * self.of_base)
+        """Return the known acceleration of the base, [] without one, and the wrench on it, zero without one."""
+        numbers = {name: self.numbers(name) for name in known_of_base(self.reference.machine)}
+        return numbers.get("V0d", []), numbers.get("f0", [self.arithmetic.number(0)] * self.of_base)
 
     def _share(self, sharing: Formula) -> Any:
         return self.arithmetic.number(1) if sharing.is_zero else self.cell(sharing)
 
-    def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
+    def _solve_mixed(self, traced: TracedModel, accelerations: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
         """Solve Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
 
-        Gamma_r is less what is `exerted` beside the motors. The accelerations that are `known` are qdd_r, the others
-        (None) qdd_e; those of the base go first.
+        Gamma_r is reduced by what is `exerted` in addition to the motors. `accelerations` are qdd_r, None for each
+        unknown qdd_e; entries of the base come first.
         """
         zero, (V0d, f0) = self.arithmetic.number(0), self._given_on_base()
-        known, exerted = [*(V0d or [None] * self.of_base), *known], [*f0, *exerted]
-        soft = [k for k, x in enumerate(known) if x is None]
-        qdd, Gamma = [zero if x is None else x for x in known], exerted
+        accelerations, exerted = [*(V0d or [None] * self.of_base), *accelerations], [*f0, *exerted]
+        soft = [k for k, x in enumerate(accelerations) if x is None]
+        qdd, Gamma = [zero if x is None else x for x in accelerations], exerted
         right = [Gamma[k] - self.H[k] - dot(self.A[k], qdd) for k in soft]
         for k, x in zip(soft, solve([[self.A[k][i] for i in soft] for k in soft], right), strict=True):
             qdd[k] = x
@@ -376,34 +372,52 @@ class StateReference:
         }
 
     def _frames(self, traced: TracedModel) -> dict[str, Numbers]:
-        """Return 0Tj = 0Ti iTj [2]."""
-        placed, seen = self.placements(self.variables), []
+        """Return 0Tj = 0Ti iTj [2]; a cut joint has the frame of the row that it meets."""
+        placements, poses = self.placements(self.variables), []
+        for loop in self.reference.machine.loops:
+            if loop.closes is Closing.FRAME:
+                placements[loop.cut] = placements[loop.meets]
         for frame in traced.results["T"].frames:
-            there = product(placed[frame.number], self._shifted(frame.at)) if frame.at else placed[frame.number]
-            seen.append(product(inverse(placed[frame.seen_from or 0]), there))
-        return {"T": [x for placement in seen for row in placement for x in row]}
+            pose = placements[frame.number]
+            pose = product(pose, self._translation(frame.at)) if frame.at else pose
+            poses.append(product(inverse(placements[frame.seen_from or 0]), pose))
+        return {"T": [x for placement in poses for row in placement for x in row]}
 
     def placements(self, variables: Mapping[str, Any]) -> list[NumberMatrix]:
-        """Return 0Tj of the base and all rows of the table, with these values of the joint coordinates, by name."""
+        """Return 0Tj of the base, all rows of the table and named frames, with these joint coordinates by name."""
         zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
-        placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
+        placements: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
         for joint in self.reference.machine.joints:
-            placed.append(self._placed(placed[joint.antecedent], joint, variables))
-        return placed
+            placements.append(self._place(placements[joint.antecedent], joint, variables))
+        machine, rows = self.reference.machine, len(self.reference.machine.joints)
+        for number, frame in enumerate(machine.frames, start=rows + 1):
+            placements.append(product(placements[row_under(machine, number)], self._placement(frame)))
+        return placements
 
-    def _shifted(self, at: Sequence[Formula]) -> NumberMatrix:
+    def _placement(self, frame: NamedFrame) -> NumberMatrix:
+        """Return Trans(at) Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
+        (cr, sr), (cp, sp), (cy, sy) = (self._screw(self.cell(angle), 0)[:2] for angle in frame.rpy)
+        turned = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, 0],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, 0],
+            [-sp, cp * sr, cp * cr, 0],
+            [0, 0, 0, 1],
+        ]
+        return product(self._translation(frame.at), turned)
+
+    def _translation(self, at: Sequence[Formula]) -> NumberMatrix:
         """Return Trans(x), Trans(y), Trans(z)."""
         unit = [[int(m == n) for n in range(3)] for m in range(3)]
         return [*([*row, self.cell(x)] for row, x in zip(unit, at, strict=True)), [0, 0, 0, 1]]
 
-    def _placed(self, antecedent: NumberMatrix, joint: Joint, variables: Mapping[str, Any]) -> NumberMatrix:
+    def _place(self, antecedent: NumberMatrix, joint: Joint, variables: Mapping[str, Any]) -> NumberMatrix:
         """Return 0Ti Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1]."""
         about_z, about_x = self._before(joint)
         q = variables.get(str(joint.variable), 0)
         theta = self.cell(joint.theta, variables) + (q if joint.sigma == 0 else 0)
         r = self.cell(joint.r, variables) + (q if joint.sigma == 1 else 0)
-        placed = screwed_about_x(screwed_about_z(antecedent, *about_z), *about_x)
-        return screwed_about_z(placed, *self._screw(theta, r))
+        turned_frame = screwed_about_x(screwed_about_z(antecedent, *about_z), *about_x)
+        return screwed_about_z(turned_frame, *self._screw(theta, r))
 
     def _before(self, joint: Joint) -> tuple[Screw, Screw]:
         """Return the constant screws of a row, about z and about x, computed once."""
@@ -421,7 +435,7 @@ class StateReference:
         return self._functions[COS](angle), self._functions[SIN](angle), shift
 
 
-def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:
+def _with_rounding(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:
     """Return the arithmetic with every constant that double precision rounds one ulp off."""
     moved: dict[Fraction, Any] = {}
 
@@ -437,3 +451,101 @@ def _rounded(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[A
 
 def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:
     return x * (1 + source.choice((-1, 1)) * ULP)
+
+
+@dataclass(frozen=True)
+class CoupledNumbers:
+    """Joint coordinates x, rows of S_x = dx/du, gam_x and rates xd, by the joint that owns them."""
+
+    x: Column
+    S_x: Rows
+    gam_x: Column
+    xd: Column
+
+
+class CoupledPrograms:
+    """Joint coordinates, dx/du and gam of a machine as expressions, of the `arguments` by name."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.bound = machine, Bound(machine)
+        self.entries = self.bound.arguments()
+        self.arguments = (*position_blocks(machine), "qd")
+
+    def at(self, arithmetic: Arithmetic[Any], symbols: Mapping[str, Any], ud: Numbers) -> CoupledNumbers:
+        """Return the numbers; `symbols` has the arguments and parameters, `ud` the independent rates."""
+        owners, coordinates = self.machine.with_variable, self.bound.coordinates
+        x = {j: self.bound.variables[j] for j in owners}
+        S_x = {j: [coordinates.S_x[j].get(k, 0) for k in self.machine.independent] for j in owners}
+        gam_x = {j: coordinates.gam_x[j] for j in owners}
+        value = evaluate([*x.values(), *gam_x.values(), *(s for row in S_x.values() for s in row)], symbols, arithmetic)
+        rows = {j: [value(s) for s in row] for j, row in S_x.items()}
+        rates = {j: dot(row, ud) for j, row in rows.items()}
+        return CoupledNumbers(_values(value, x), rows, _values(value, gam_x), rates)
+
+
+def _values(value: Any, expressions: Column) -> Column:
+    return {j: value(x) for j, x in expressions.items()}
+
+
+def projection(S: Rows, Gamma: Column, zero: Any) -> Numbers:
+    """Return Gamma_u = S^T Gamma (L3), entry by entry from `zero`."""
+    columns = range(len(next(iter(S.values()), [])))
+    return [sum((S[j][k] * force for j, force in Gamma.items()), zero) for k in columns]
+
+
+def driven_motion(
+    A: NumberMatrix, rest: Numbers, S_m: Rows, wanted: Column, known: Numbers
+) -> tuple[Numbers, Mapping[int, Any]]:
+    """Return accelerations and torques for accelerations of the motors, less gam_m, that are `wanted` (L30).
+
+        [ A   -S_m^T ] [udd]   [  -rest ]
+        [ S_m    0   ] [tau] = [ wanted ]
+
+    `rest` is H less all forces but those of motors. The first accelerations may be `known`, as those of a base, in the
+    place of the forces there. Torques are those of motors whose rows of S_m are not a combination of rows before them.
+    """
+    S_n = {m: S_m[m] for m in _independent(S_m)}
+    matrix = [[*row, *(-s[k] for s in S_n.values())] for k, row in enumerate(A)]
+    matrix += [[*s, *([0] * len(S_n))] for s in S_n.values()]
+    unknown = _solution(matrix, [*(-x for x in rest), *(wanted[m] for m in S_n)], known)
+    return unknown[: len(A)], dict(zip(S_n, unknown[len(A) :], strict=True))
+
+
+def _solution(matrix: NumberMatrix, right: Numbers, known: Numbers) -> Numbers:
+    """Return all unknowns of a linear system whose first ones are known and replace as many equations."""
+    n = len(known)
+    rhs = [x - dot(row[:n], known) for row, x in zip(matrix[n:], right[n:], strict=True)]
+    return [*known, *solve([row[n:] for row in matrix[n:]], rhs)]
+
+
+def _independent(rows: Rows) -> list[int]:
+    """Return the joints whose rows are not a combination of earlier rows."""
+    joints: list[int] = []
+    orthogonal: list[Numbers] = []
+    for j, row in rows.items():
+        across = row
+        for other in orthogonal:
+            factor = dot(across, other) / dot(other, other)
+            across = [x - factor * y for x, y in zip(across, other, strict=True)]
+        if max(map(abs, across), default=0) > PARALLEL * float(max(map(abs, row), default=0)):
+            joints.append(j)
+            orthogonal.append(across)
+    return joints
+
+
+def shared_torques(S_m: Rows, tau_n: Column, w: Column) -> Column:
+    """Return torques of all motors equivalent to tau_n of some, with the least sum of tau^2 / w (L31).
+
+    tau = w B (B^T w B)^-1 tau_n, where S_m = B S_n. Raises `Singular` where rows of S_m are not a combination of S_n.
+    """
+    gram = [[dot(S_m[m], S_m[n]) for n in tau_n] for m in tau_n]
+    B = {m: solve(gram, [dot(row, S_m[n]) for n in tau_n]) for m, row in S_m.items()}
+    size = range(len(tau_n))
+    BwB = [[sum(w[m] * B[m][a] * B[m][b] for m in S_m) for a in size] for b in size]
+    y = solve(BwB, [*tau_n.values()])
+    tau = {m: w[m] * dot(B[m], y) for m in S_m}
+    for k in range(len(next(iter(S_m.values())))):
+        Gamma = sum(S_m[m][k] * x for m, x in tau_n.items())
+        if abs(sum(S_m[m][k] * x for m, x in tau.items()) - Gamma) > PARALLEL * float(abs(Gamma) + 1):
+            raise Singular("the torques of the motors are not determined here")
+    return tau

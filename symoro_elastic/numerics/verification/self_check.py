@@ -14,26 +14,26 @@ from __future__ import annotations
 
 import ctypes
 import math
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.codegen.c.wrappers import wrapper_context
+from symoro_elastic.codegen.c.calls import wrapper_context
 from symoro_elastic.codegen.compile import compile_library, compile_package, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.grouping import grouping_by_rank
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
@@ -58,7 +58,7 @@ class Surviving:
 
 @dataclass(frozen=True)
 class ResultCheck:
-    """One result of a model, at moderate and at extreme states."""
+    """The check of a result of a model, at moderate and at extreme states."""
 
     model: str
     result: str
@@ -75,24 +75,21 @@ def self_check(
     `CompilerMissing`, `CompilationFailed`.
     """
     programs = trace_models(machine, scene, grouping_by_rank)
-    kept = programs.machine
-    values = parameter_values(kept, seed)
+    restricted = programs.machine
+    values = parameter_values(restricted, seed)
     p = np.array([values[parameter.name] for parameter in programs.package.parameters], dtype=float)
-    drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
+    drawn = [draw(restricted, states, seed, values) for draw in (moderate_states, extreme_states)]
     checks = []
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         modes = RoundingModes(programs.package, Path(folder))
         for k, model in enumerate(programs.models, start=1):
-            spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
+            own, arguments = model.model.name, model.model.arguments
+            spreads = [modes.run(own, len(some), some.only(arguments) | {"p": p}) for some in drawn]
             for name in model.results:
                 survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
-                checks.append(ResultCheck(model.model.name, name, *survive))
+                checks.append(ResultCheck(own, name, *survive))
             progress(k, len(programs.models))
     return checks
-
-
-def _run(modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: Array) -> dict[str, Spread]:
-    return modes.run(model, len(states), states.only(arguments) | {"p": p})
 
 
 def _surviving(spread: Spread, states: States) -> Surviving:
@@ -176,7 +173,7 @@ def _spread(runs: list[Array]) -> Spread:
 
 
 def _shim(package: Package) -> str:
-    """Return C that runs each function in a given mode."""
+    """Return C code that runs each function in a rounding mode."""
     return render(
         "c/rounding_modes.c.j2",
         name=package.name,

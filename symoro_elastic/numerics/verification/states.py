@@ -15,9 +15,9 @@ from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.mechanics.base_body import rotation_of
-from symoro_elastic.models.state import DEPENDENT, State, rows_of_state
-from symoro_elastic.numerics.values import ParameterValues, parameter_values
-from symoro_elastic.numerics.verification.assembled_states import assembled_states, start_of
+from symoro_elastic.models.bound.state import DEPENDENT, State, rows_of_state
+from symoro_elastic.numerics.evaluation.assembled_states import assembled_states, start_of
+from symoro_elastic.numerics.evaluation.values import ParameterValues, parameter_values
 from symoro_elastic.quantities import MOTION, OF_JOINTS, ON_BASE, QUANTITIES, VELOCITIES, Quantity, Samples
 
 STILL = ("at rest", "everything zero")
@@ -32,7 +32,7 @@ MOTIONS = tuple(row.name for row in MOTION)
 
 
 def depends_on_state(arguments: Sequence[str]) -> bool:
-    """Whether arguments are those of a state of joints and motors, or prescribed motions."""
+    """Return whether all arguments belong to a state of joints and motors, or to prescribed motions."""
     return {*arguments} <= {*ARGUMENTS, *MOTIONS, "q_static", "f_ext"}
 
 
@@ -44,7 +44,7 @@ WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 @dataclass(frozen=True)
 class States(State):
-    """Test states; `titles` says what is special about each of them."""
+    """Test states; `titles` describe each state."""
 
     titles: tuple[str, ...]
 
@@ -59,7 +59,7 @@ class States(State):
 
 @dataclass(frozen=True)
 class _Variable:
-    """What a state has to know of a joint: kind, place and extent of its ordinary motion, farthest reach."""
+    """Properties of a joint that states depend on: kind, centre and extent of its ordinary motion, farthest reach."""
 
     revolute: bool
     motor: bool
@@ -117,8 +117,8 @@ def _whole(
     kind: int,
 ) -> States:
     """The states with all blocks that the machine has."""
-    states = _stacked(drawn, len(variables), len(machine.motors))
-    states = _defined(machine, _assembled(machine, states, values, seed), values, seed)
+    states = _stack(drawn, len(variables), len(machine.motors))
+    states = _make_defined(machine, _assemble(machine, states, values, seed), values, seed)
     motors = [k for k, variable in enumerate(variables) if variable.motor]
     q, qd, qdd = (block[:, motors] for block in (states.q, states.qd, states.qdd))
     motions = reference_motions(q, qd, qdd, states.titles, np.random.default_rng([seed, 4 + kind]))
@@ -128,15 +128,15 @@ def _whole(
         **base_states(states.titles, np.random.default_rng([seed, 2 + kind])),
         **dict(zip(MOTIONS, motions.transpose(1, 0, 2), strict=True)),
     }
-    others, entries = np.random.default_rng([seed, 10 + kind]), arguments(machine)
+    rng, entries = np.random.default_rng([seed, 10 + kind]), arguments(machine)
     for row in rows_of_state(machine):
         if row.name not in states.blocks and row.name not in more:
-            more[row.name] = drawn_entries(others, len(entries[row.name]), row.samples, states.titles)
+            more[row.name] = drawn_entries(rng, len(entries[row.name]), row.samples, states.titles)
     had = {row.name for row in rows_of_state(machine)}
     return states.with_blocks(**{name: block for name, block in more.items() if name in had})
 
 
-def _assembled(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
+def _assemble(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
     """The states, the joints of loops at assembled positions near their start."""
     if not machine.loops:
         return states
@@ -145,7 +145,7 @@ def _assembled(machine: Machine, states: States, values: ParameterValues, seed: 
     return states.with_blocks(q=np.where(in_loops, q, states.q), **{DEPENDENT: q_dep})
 
 
-def _defined(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
+def _make_defined(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
     """The states, others where cells have no value; raises `InputError` for a cell that has one nowhere."""
     domain, source = Domain(machine), random.Random(seed)
     if not domain.free:
@@ -155,9 +155,9 @@ def _defined(machine: Machine, states: States, values: ParameterValues, seed: in
     for k in range(len(states)):
         symbols = {**values, **dict(zip(names, rows[k].tolist(), strict=True))}
         symbols |= zip(dependent, states.q_dep[k].tolist(), strict=True)
-        found = domain.nearest_defined(symbols, source)
-        if found is not None:
-            rows[k] = [found[name] for name in names]
+        defined = domain.nearest_defined(symbols, source)
+        if defined is not None:
+            rows[k] = [defined[name] for name in names]
         elif refusal := domain.refusal(symbols):
             raise refusal
     return states.with_blocks(q=rows)
@@ -178,7 +178,7 @@ def _wrenches(machine: Machine, titles: Sequence[str], rng: Rng) -> Array:
     return wrenches
 
 
-def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
+def _stack(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
     def stack(name: str) -> Array:
         size = motors if QUANTITIES[name].shape == "m" else variables
         return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
@@ -211,8 +211,8 @@ def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: bool)
 
 def _uniform(row: Quantity, rng: Rng, count: int) -> list[float]:
     size = row.samples.size if row.samples else 0.0
-    found: list[float] = rng.uniform(-size, size, count).tolist()
-    return found
+    numbers: list[float] = rng.uniform(-size, size, count).tolist()
+    return numbers
 
 
 def _magnitude(rng: Rng, low: float, high: float) -> float:
@@ -305,20 +305,20 @@ def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rn
 
 # Test states of a base that moves freely, as moderate or extreme as those of the joints it carries.
 def base_states(titles: Sequence[str], rng: np.random.Generator) -> dict[str, Array]:
-    """R0, Q0, P0, V0, V0d, f0 of each state, stacked: turned anyhow, within 10 m, velocities within 2,
+    """Return R0, Q0, P0, V0, V0d, f0 of all states, stacked: any orientation, within 10 m, velocities within 2,
     accelerations within 5 and wrenches within 20; of an extreme state as the title says.
     """
-    drawn = [_drawn(title, rng) for title in titles]
+    drawn = [_base_state(title, rng) for title in titles]
     return {row.name: np.array([state[row.name] for state in drawn]).reshape(-1, len(row.entries)) for row in ON_BASE}
 
 
 def drawn_entries(rng: np.random.Generator, count: int, samples: Samples | None, titles: Sequence[str]) -> Array:
-    """Entries of a block at each state, as its row and the titles say; zeros where the row says nothing."""
+    """Return entries of an argument at each state, by its samples and the titles; zeros without samples."""
     rows = [_entries(rng, count, samples or Samples(0), title) for title in titles]
     return np.array(rows).reshape(len(titles), count)
 
 
-def _drawn(title: str, rng: np.random.Generator) -> dict[str, Array]:
+def _base_state(title: str, rng: np.random.Generator) -> dict[str, Array]:
     quaternion = np.array([1.0, 0.0, 0.0, 0.0]) if title == "everything zero" else rng.normal(size=4)
     quaternion = quaternion / np.linalg.norm(quaternion)
     rotations = dict(zip(ROTATIONS, (np.array(rotation_of(quaternion.tolist())).ravel(), quaternion), strict=True))
@@ -327,10 +327,10 @@ def _drawn(title: str, rng: np.random.Generator) -> dict[str, Array]:
 
 
 def _entries(rng: np.random.Generator, count: int, samples: Samples, title: str) -> Array:
-    """Moderate numbers, extreme ones where the title says so, or zeros."""
+    """Return random numbers: moderate ones, extreme ones where the title says so, or zeros."""
     if title in STILL:
         return np.zeros(count)
     if samples.decades is None or title not in (FAST if samples is VELOCITIES else LOADED):
         return rng.uniform(-samples.size, samples.size, count)
-    found: Array = 10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count)
-    return found
+    numbers: Array = 10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count)
+    return numbers

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import random
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -25,18 +24,22 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, TracedModel
+from symoro_elastic.models.bound.bind import Bound
+from symoro_elastic.models.bound.model import CheckedBy
 from symoro_elastic.models.drives.control import FAMILY as CONTROLLERS
-from symoro_elastic.models.load_coordinates import chains, load_positions
-from symoro_elastic.models.model import CheckedBy
-from symoro_elastic.models.traced import Traced, trace_models
-from symoro_elastic.numerics.grouping import grouping_by_rank
-from symoro_elastic.numerics.implementations import (
+from symoro_elastic.models.dynamics.load_coordinates import chains, load_positions
+from symoro_elastic.models.packaging import Traced, trace_models
+from symoro_elastic.models.programs.catalogue import MODELS, TracedModel
+from symoro_elastic.numerics.evaluation.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance, dot
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
+from symoro_elastic.numerics.verification.coupled_disagreement import branch_error, newton_euler_disagreement
+from symoro_elastic.numerics.verification.implementations import (
     Implementation,
     ResultArrays,
     c_code,
@@ -44,9 +47,6 @@ from symoro_elastic.numerics.implementations import (
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.numerics.verification.coupled_disagreement import branch_error, newton_euler_disagreement
-from symoro_elastic.numerics.verification.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance, dot
 from symoro_elastic.numerics.verification.reference import DIGITS, Reference, StateReference
 from symoro_elastic.numerics.verification.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
@@ -66,7 +66,7 @@ MANY_STATEMENTS, MOST_STATEMENTS = 10_000, 15_000
 
 @dataclass(frozen=True)
 class Worst:
-    """Worst relative errors of one implementation of a model.
+    """The worst relative errors of an implementation of a model.
 
     `share` is the largest error over its bound, `at` the state where that is.
     """
@@ -93,7 +93,7 @@ class Worst:
 
 @dataclass(frozen=True)
 class ModelVerification:
-    """One model: worst errors of the generated code and of the equations on floats.
+    """Verification of a model: worst errors of the generated code and of the equations on floats.
 
     `c` is None without a compiler. `moderate` and `extreme` count the states that were judged,
     `bound` is the largest error allowed at one of them, `unjudged` names the others and why.
@@ -158,7 +158,7 @@ def verify(
     Raises `NoValues`, `SingularPivot`, `CompilationFailed`.
     """
     programs = trace_models(machine, scene or Scene(), grouping_by_rank)
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         code = build_code(programs.package, render_verified(programs.package), Path(folder))
         return compare(programs, code, states=states, seed=seed, progress=progress)
 
@@ -181,11 +181,11 @@ def build_code(package: Package, files: Files, folder: Path) -> Code:
     """Return the rendered files of a package, imported and compiled in a folder; raises `CompilationFailed`."""
     python = {name: text for name, text in files.items() if name.endswith(".py")}
     module = import_package(python, folder / "numpy")
-    others = {name: text for name, text in files.items() if name not in python}
+    sources = {name: text for name, text in files.items() if name not in python}
     try:
-        return Code(module, compile_package(package, folder / "c", others))
+        return Code(module, compile_package(package, folder / "c", sources))
     except CompilerMissing as error:
-        return Code(module, None, str(error))
+        return Code(module, None, error.what)
 
 
 @in_digits(DIGITS)
@@ -198,12 +198,12 @@ def compare(
     progress: Progress = no_progress,
 ) -> Verification:
     """Return how far code, and the equations on floats, are from 50 digits; arguments as for `verify`."""
-    kept, models = programs.machine, programs.models
-    values = parameter_values(kept, seed)
+    machine, models = programs.machine, programs.models
+    values = parameter_values(machine, seed)
     moderate, extreme = states or _how_many(models)
-    stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
+    stacked = moderate_states(machine, moderate, seed, values) + extreme_states(machine, extreme, seed, values)
     runs = _run(code, programs, values, stacked)
-    reference = Reference(kept, values, programs.folded, solved=len(kept.independent) <= MOST_SOLVED)
+    reference = Reference(machine, values, programs.folded, solved=len(machine.independent) <= MOST_SOLVED)
     tallies = [_Tally(model, runs[model.model.name]) for model in models]
     for k in range(len(stacked)):
         state = _TestState(k, stacked.titles[k], dict(stacked[k].blocks), k >= moderate, f"{seed} {k}")
@@ -235,7 +235,7 @@ def _run(code: Code, programs: Traced, values: Mapping[str, float], states: Stat
     ]
     if code.library:
         implementations += [("c", c_code(code.library, p, batch)) for batch in (False, True)]
-    return {one.model.name: [(name, run(one, states)) for name, run in implementations] for one in programs.models}
+    return {x.model.name: [(name, run(x, states)) for name, run in implementations] for x in programs.models}
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,7 @@ class _TestState:
 
 
 class _Tally:
-    """The errors of one model, state by state."""
+    """Accumulates the errors of a model, state by state."""
 
     def __init__(self, traced: TracedModel, runs: Runs) -> None:
         self.traced, self.runs = traced, runs
@@ -308,14 +308,14 @@ class _Tally:
 def _reference_results(point: StateReference, traced: TracedModel) -> Mapping[str, Numbers]:
     """Return the results of the reference."""
     put_back = traced.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION and point.reference.solved
-    found = torques(point, traced) if put_back else point.model(traced)
-    if any(math.isnan(x) for entries in found.values() for x in entries):
+    results = torques(point, traced) if put_back else point.model(traced)
+    if any(math.isnan(x) for entries in results.values() for x in entries):
         raise Singular("formulas or their slopes have no value at this state")
-    return found
+    return results
 
 
 def _error(computed: Array, wanted: Numbers) -> float:
-    """`distance` of floats from the reference, which is taken as a sum of two doubles."""
+    """Return the `distance` of floats from the reference, rounded to a sum of two doubles."""
     high = np.array([float(x) for x in wanted])
     low = np.array([float(x - Decimal(h)) for x, h in zip(wanted, high.tolist(), strict=True)])
     with np.errstate(all="ignore"):
@@ -386,7 +386,7 @@ def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwa
 
 
 def _springs(point: StateReference, q: Numbers, qd: Numbers) -> Numbers:
-    """Return what springs and dampers exert on the independent variables, changes of their stiffness included."""
+    """Return the forces of springs and dampers on the independent variables, with those of changing stiffness."""
     bound = _bound(point)
     passive, friction = bound.passive_forces(), bound.friction_forces()
     exerted = [passive[j] + friction[j] for j in bound.machine.independent]
@@ -398,7 +398,8 @@ def _springs(point: StateReference, q: Numbers, qd: Numbers) -> Numbers:
 def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
     """Return results of a feed-forward: velocities from q by time, torques from the equations of motion."""
     motion, machine = feed_forward_motion(point, traced), point.reference.machine
-    by_joint = {name: dict(zip(machine.independent, x, strict=True)) for name, x in _named(motion).items()}
+    by_name = {"tau": motion.forces, "q": motion.q, "qd": motion.qd}
+    by_joint = {name: dict(zip(machine.independent, x, strict=True)) for name, x in by_name.items()}
     return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
 
 
@@ -431,10 +432,6 @@ def _residual(point: StateReference, traced: TracedModel) -> float:
 def _bound(point: StateReference) -> Bound:
     coupled = point.reference.coupled
     return coupled.bound if coupled else Bound(point.reference.machine)
-
-
-def _named(motion: FeedForwardMotion) -> dict[str, Numbers]:
-    return {"tau": motion.forces, "q": motion.q, "qd": motion.qd}
 
 
 def _value(x: Any) -> Any:

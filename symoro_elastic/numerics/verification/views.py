@@ -52,7 +52,7 @@ def _(result: Verification) -> dict[str, Any]:
 
 declare(Form, Field("operations"), Field("error_u", "error"))
 declare(
-    Choice, Field("chosen"), Field("reason"), Field("forms", lambda choice: {one.name: one for one in choice.forms})
+    Choice, Field("chosen"), Field("reason"), Field("forms", lambda choice: {form.name: form for form in choice.forms})
 )
 
 
@@ -73,12 +73,12 @@ declare(
 
 
 def self_check_table(checks: Sequence[ResultCheck], title: str = "") -> Table:
-    """Return the spread of each result over the rounding modes, and the digits that agree at worst."""
+    """Return a table with the spread of every result over the rounding modes, and the digits that agree at worst."""
     return table_of(ResultCheck, checks, title)
 
 
 def self_check_json(checks: Sequence[ResultCheck]) -> dict[str, Any]:
-    """Return the same by model and result."""
+    """Return the spreads by model and result."""
     by_model: dict[str, Any] = {}
     for check in checks:
         spreads = {"moderate": asdict(check.moderate), "extreme": asdict(check.extreme)}

@@ -14,30 +14,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.progress import Announce
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.models.inertia_form import InertiaForm
-from symoro_elastic.models.model import Joints
-from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.models.bound.model import Joints
+from symoro_elastic.models.programs.forms import InertiaForm
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.box import Box, Parts, cut
 from symoro_elastic.numerics.guarantees.certificate import Knowledge
-from symoro_elastic.numerics.guarantees.grid import WORK, largest
 from symoro_elastic.numerics.guarantees.intervals import Interval, interval
 from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
+from symoro_elastic.numerics.guarantees.largest_value import WORK, largest
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
-from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
-from symoro_elastic.numerics.within.rebuild import with_values
 from symoro_elastic.numerics.within.reduction import reduce_program
 from symoro_elastic.numerics.within.results import EntryError, ErrorBound, Reduction
-from symoro_elastic.numerics.within.tape import Tape
+from symoro_elastic.numerics.within.states import unseen
+from symoro_elastic.numerics.within.tape import Tape, with_values
 from symoro_elastic.numerics.within.trials import MANY, Task
-from symoro_elastic.numerics.within.unseen import unseen
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import NEGATE, SYMBOL
@@ -51,7 +47,7 @@ GAMMA = "Gamma"
 
 @dataclass(frozen=True)
 class Residual:
-    """What may be left out of a residual: its program and box, allowed errors, and the range of A."""
+    """A residual of which terms may be omitted: its program and box, allowed errors, and the range of A."""
 
     form: InertiaForm
     program: Program
@@ -62,7 +58,7 @@ class Residual:
 
     @property
     def tolerances(self) -> dict[str, list[Tolerance]]:
-        """Absolute ones of each row."""
+        """Absolute tolerances by row of the residual."""
         return {GAMMA: [Tolerance(float(x), relative=False) for x in self.allowed]}
 
     @property
@@ -92,82 +88,64 @@ def residual_of(form: InertiaForm, box: Box, most: Array) -> Residual | None:
     if not (allowed > 0).all():
         return None
     ranges = {name: Range(-x, x) for name, x in zip(form.accelerations, reach.tolist(), strict=True)}
-    whole = Box({**box.ranges, **ranges}, box.positions)
-    return Residual(form, form.residual(), whole, allowed, A, reach)
+    with_accelerations = Box({**box.ranges, **ranges}, box.positions)
+    return Residual(form, form.residual(), with_accelerations, allowed, A, reach)
 
 
 @dataclass(frozen=True)
 class SolvedExactly:
-    """A direct model of a changed A and right side: its reduction, and what is known of its pivots, by name."""
+    """A direct model of a changed A and right side: its reduction, and lower bounds of its pivots, by name."""
 
     reduction: Reduction
     pivots: Mapping[str, float]
 
     def knowledge(self) -> Knowledge:
-        """What is known of the pivots of its program, in any sub-boxes."""
-        known: dict[int, Callable[[Interval], Interval]] = {}
+        """Ranges of the pivots of its program, in any sub-boxes."""
+        ranges: dict[int, Callable[[Interval], Interval]] = {}
         for name, least in self.pivots.items():
             x = self.reduction.reduced.quantities.get(name)
             if isinstance(x, Expression):
                 above = Interval(np.array(least), np.array(np.inf))
-                known[x.positive.id] = partial(_met, -above if x.operation == NEGATE else above)
-        return lambda parts: known
+                ranges[x.positive.id] = (-above if x.operation == NEGATE else above).meeting
+        return lambda parts: ranges
 
 
-def _met(known: Interval, found: Interval) -> Interval:
-    return found.meeting(known)
-
-
-def solved_exactly(
-    task: Task, asked: Joints, residual: Residual, bound: ErrorBound, states: int, watched: Announce
-) -> SolvedExactly:
+def solved_exactly(task: Task, joints: Joints, residual: Residual, bound: ErrorBound) -> SolvedExactly:
     """Return the direct model of a task with as few terms of A and of the right side as its tolerances allow.
 
     `asked` are the joints of its results, `bound` proves errors of the residual. Where nothing can be left out, or
     proven, the program stays whole.
     """
-    form = residual.form
-    found = reduce_program(
-        residual.program,
-        residual.box.ranges,
-        residual.tolerances,
-        positions=task.positions,
-        seed=task.seed,
-        confident=False,
-        states=states,
-        bound=bound,
-        changing=residual.parts,
-        watched=watched,
-    )
-    if not found.left_out:
-        whole = replace(task.unchanged().reduction(states), unproven=found.unproven)
-        return SolvedExactly(whole, {})
-    errors = np.array([one.bounded or 0.0 for one in found.errors])
+    form, required = residual.form, replace(task.required, confident=False, bound=bound, changing=residual.parts)
+    reduced_residual = reduce_program(residual.program, residual.box.ranges, residual.tolerances, required)
+    if not reduced_residual.left_out:
+        unreduced = replace(task.without_changes().reduction(), unproven=reduced_residual.unproven)
+        return SolvedExactly(unreduced, {})
+    errors = np.array([entry.bounded or 0.0 for entry in reduced_residual.errors])
     A = residual.matrices(errors)
     accelerations = dict(zip(form.joints, largest_solutions(A, errors).max(axis=1), strict=True))
-    reduced = form.solved(with_values(form.program, found.values), form.names.moved(found.values), asked)
+    reduced = form.solved(
+        with_values(form.program, reduced_residual.values), form.names.moved(reduced_residual.values), joints
+    )
     reduction = replace(
-        task.unchanged().reduction(states),
+        task.without_changes().reduction(),
         reduced=reduced,
         outputs=reduced.outputs,
-        left_out=found.left_out,
-        ended=found.ended,
-        errors=tuple(_errors(task, reduced, [float(accelerations[j]) for j in asked], states)),
+        left_out=reduced_residual.left_out,
+        ended=reduced_residual.ended,
+        errors=tuple(_errors(task, reduced, [float(accelerations[j]) for j in joints])),
     )
     return SolvedExactly(reduction, _pivots(form, A))
 
 
-def _errors(task: Task, reduced: Program, bounds: Sequence[float], states: int) -> Iterator[EntryError]:
+def _errors(task: Task, reduced: Program, bounds: Sequence[float]) -> Iterator[EntryError]:
     """The errors of all results: those at states that are not searched, and those that are proven."""
-    seen = unseen(task.tape, Tape(reduced, task.positions), task.box, task.judging, states, (task.seed, MANY, 0))
-    numbers = {place: number for number, place in enumerate(task.tape.results)}
-    for output, places in zip(task.program.outputs, task.tape.entries, strict=True):
-        for index, place in enumerate(places):
-            if place in numbers:
-                k = numbers[place]
-                largest, allowed = float(task.largest[k]), float(task.allowed[k])
-                worst = float(seen.worst[k] / task.judging[k])
-                yield EntryError(output.name, index, largest, allowed, worst, worst, worst, None, bounds[index])
+    tape, states = Tape(reduced, task.required.positions), task.required.states
+    at_unseen = unseen(task.tape, tape, task.box, task.judging, states, (task.seed, MANY, 0))
+    for output, index, k in task.entries():
+        worst = float(at_unseen.worst[k] / task.judging[k])
+        sizes = float(task.largest[k]), float(task.allowed[k])
+        yield EntryError(output, index, *sizes, worst, worst, worst, None, bounds[index])
 
 
 def _pivots(form: InertiaForm, A: Interval) -> dict[str, float]:
@@ -179,18 +157,18 @@ def _pivots(form: InertiaForm, A: Interval) -> dict[str, float]:
 
 def _parts(entries: Sequence[Operand], box: Box) -> Parts:
     """The sub-boxes in which the entries of A are nearest to numbers."""
-    nodes, whole = reachable(entries), _used(entries, box)
-    names = [name for name in whole if name in box.positions and name in box.open]
+    nodes, box_of_positions = reachable(entries), _whole_box(entries, box)
+    names = [name for name in box_of_positions if name in box.positions and name in box.open]
 
     def widths(parts: Parts) -> Array:
         bounds = running_errors(nodes, parts, DOUBLE)
-        found = [bounds.range_of(x) for x in entries if isinstance(x, Expression)]
-        return np.array([np.broadcast_to(x.high - x.low, bounds.shape) for x in found])
+        ranges = [bounds.range_of(x) for x in entries if isinstance(x, Expression)]
+        return np.array([np.broadcast_to(x.high - x.low, bounds.shape) for x in ranges])
 
-    return cut(whole, names, widths, MOST_SUB_BOXES, least_gain=-np.inf) if nodes else whole
+    return cut(box_of_positions, names, widths, MOST_SUB_BOXES, least_gain=-np.inf) if nodes else box_of_positions
 
 
-def _used(entries: Sequence[Operand], box: Box) -> Parts:
+def _whole_box(entries: Sequence[Operand], box: Box) -> Parts:
     return box.of(node.operands[0] for node in reachable(entries) if node.operation == SYMBOL).whole
 
 
@@ -231,6 +209,6 @@ def _magnitude(x: Operand, box: Box) -> float:
     """The largest magnitude of an expression over a box."""
     if not isinstance(x, Expression):
         return float(interval(x).magnitude)
-    bounds = running_errors(reachable([x]), _used([x], box), DOUBLE)
+    bounds = running_errors(reachable([x]), _whole_box([x], box), DOUBLE)
     by_intervals = float(np.max(bounds.range_of(x).magnitude))
     return min(by_intervals, largest(x, box, work=WORK).bound)

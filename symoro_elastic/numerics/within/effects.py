@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.within.tape import NO_CHANGES, SUMS, Change, Changes, Kind, Rows, Tape
 from symoro_elastic.symbolic.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
 
@@ -52,14 +52,14 @@ class Sweep:
         """Add to the adjoint of a place; the first one is not copied."""
         if place >= self._tape.count:
             return
-        found = self._found[place]
-        self._found[place] = adjoint if found is None else np.add(found, adjoint, self._numbers[place])
+        former = self._found[place]
+        self._found[place] = adjoint if former is None else np.add(former, adjoint, self._numbers[place])
 
     def _subtract(self, place: int, adjoint: Array) -> None:
         if place >= self._tape.count:
             return
-        found, own = self._found[place], self._numbers[place]
-        self._found[place] = np.negative(adjoint, own) if found is None else np.subtract(found, adjoint, own)
+        former, own = self._found[place], self._numbers[place]
+        self._found[place] = np.negative(adjoint, own) if former is None else np.subtract(former, adjoint, own)
 
     def _add_product(self, place: int, adjoint: Array, factor: Array) -> None:
         if place >= self._tape.count:
@@ -97,7 +97,7 @@ class Sweep:
             self._add_product(operand, adjoint, np.asarray(partial))
 
 
-def moved(tape: Tape, rows: Rows, change: Change) -> Array:
+def node_shift(tape: Tape, rows: Rows, change: Change) -> Array:
     """Return by how much a change moves the value of its node, (states,)."""
     if change.kind is Kind.FREEZE:
         return np.subtract(change.constant, rows[change.place])

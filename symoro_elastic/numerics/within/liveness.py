@@ -1,8 +1,8 @@
-"""What a change saves: the operations that nothing needs any more.
+"""Operations that a change saves: those that nothing needs any more.
 
-Each node counts its uses. A change takes uses away; a node without uses is dead, and so may its operands be. A sum that
-keeps one operand is no operation any more, a product with zero is zero, a function of numbers is a number: what follows
-upwards is carried out, too. All changes of the lists are written down, so that a change can be tried and taken back.
+Each node counts its uses. A change removes uses; a node without uses is dead, and so may its operands be. A sum with a
+single operand needs no operation, a product with zero is zero, a function of numbers is a number: what follows upwards
+is carried out, too. All changes of the lists are logged, so that a change can be tried and undone.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from symoro_elastic.symbolic.expression import Level
 from symoro_elastic.symbolic.operations import DIVIDE, MULTIPLY, OPERATIONS
 
 COSTS = {"add": 1, "mul": 1, "div": 1, "sincos": 8}
-"""Operations that one counts for, by how it is counted; a sine or a cosine takes as long as eight products."""
+"""Cost of an operation, by how it is counted; a sine or a cosine lasts as long as eight products."""
 SIMPLE = (0.0, 1.0, -1.0)
-"""Numbers with which products are no operations."""
+"""Factors of products that need no operation."""
 _GONE = -1
 
 
 class Liveness:
-    """Uses and costs of the nodes of a tape with some changes; `cost` is what is left of all."""
+    """Uses and costs of the nodes of a tape with some changes; `cost` is the sum over the nodes in use."""
 
     def __init__(self, tape: Tape, changes: Iterable[Change] = ()) -> None:
         self._tape = tape
@@ -61,7 +61,9 @@ class Liveness:
         before, start = self.cost, len(self._log)
         self.apply(change)
         saved = before - self.cost
-        self._undo(start)
+        while len(self._log) > start:
+            of, index, value = self._log.pop()
+            of[index] = value
         self.cost = before
         return saved
 
@@ -82,11 +84,6 @@ class Liveness:
     def _set(self, of: list, index: int, value: object) -> None:  # type: ignore[type-arg]
         self._log.append((of, index, of[index]))
         of[index] = value
-
-    def _undo(self, start: int) -> None:
-        while len(self._log) > start:
-            of, index, value = self._log.pop()
-            of[index] = value
 
     def _is_free(self, place: int) -> None:
         """Its value needs no operation any more."""
@@ -121,26 +118,23 @@ class Liveness:
 
     def _simplify(self, place: int) -> None:
         """Carry out what follows from operands that are numbers, or gone."""
-        known = [0.0 if x == _GONE else self._constant[x] for x in self._operands[place]]
+        constants = [0.0 if x == _GONE else self._constant[x] for x in self._operands[place]]
         operation = self._tape.operations[place]
-        if all(x is not None for x in known):
-            self._becomes(place, _folded(operation, [x for x in known if x is not None]))
+        if all(x is not None for x in constants):
+            self._becomes(place, _constant_value(operation, [x for x in constants if x is not None]))
         elif operation in SUMS:
-            if 0.0 in known:
+            if 0.0 in constants:
                 self._is_free(place)
         elif operation == MULTIPLY:
-            self._simplify_product(place, known)
-        elif operation == DIVIDE:
-            if known[0] == 0.0:
+            if 0.0 in constants:
                 self._becomes(place, 0.0)
-            elif known[1] in (1.0, -1.0):
+            elif 1.0 in constants or -1.0 in constants:
                 self._is_free(place)
-
-    def _simplify_product(self, place: int, known: list[float | None]) -> None:
-        if 0.0 in known:
-            self._becomes(place, 0.0)
-        elif 1.0 in known or -1.0 in known:
-            self._is_free(place)
+        elif operation == DIVIDE:
+            if constants[0] == 0.0:
+                self._becomes(place, 0.0)
+            elif constants[1] in (1.0, -1.0):
+                self._is_free(place)
 
 
 def _cost(tape: Tape, place: int) -> int:
@@ -150,9 +144,9 @@ def _cost(tape: Tape, place: int) -> int:
     return COSTS.get(OPERATIONS[node.operation].counted_as, 0)
 
 
-def _folded(operation: str, known: Sequence[float]) -> float:
+def _constant_value(operation: str, constants: Sequence[float]) -> float:
     """The number that an operation on numbers gives: what follows depends on whether it is 0, 1 or -1."""
     try:
-        return float(FLOATS.operations[operation](*known))
+        return float(FLOATS.operations[operation](*constants))
     except ArithmeticError:
         return math.nan

@@ -1,15 +1,15 @@
 """The search for the changes that save most within a limit: greedy, by signed effects, with growing limits.
 
 One pass orders the candidates by their largest effect on a result, over all states, for each operation that they save,
-and takes one after the other while the *signed sum* of effects stays within the limit everywhere: effects of opposite
-sign make room for each other. Effects are of the first order, so that true errors are computed after the pass, and the
-latest fifth of it is given back until they are within the limit. Then adjoints, effects and savings are computed anew
-for the next pass, until a pass takes nothing; where all of a pass was given back, the next does without its first
-candidate. The limit grows in steps: what is cheap is taken first, with effects that are still nearly exact. What else
-has limits (`MoreErrors`: shifts of natural frequencies) is ordered, summed and checked together with the results.
+and proposes them in this order while the *signed sum* of effects stays within the limit everywhere: effects of opposite
+sign cancel. Effects are of the first order, so true errors are computed after the pass, and the latest fifth of the
+proposal is dropped until they are within the limit. Then adjoints, effects and savings are computed anew for the next
+pass, until a pass proposes nothing; where all of a proposal was dropped, the next pass omits its first candidate. The
+limit grows in steps: cheap changes come first, with effects that are still nearly exact. `MoreErrors` (shifts of
+natural frequencies) are ordered, summed and checked together with the results.
 
-What is taken out of a part that has died meanwhile would use up the tolerance twice: uses are counted after each change
-(`liveness`), and a candidate that saves nothing any more is skipped.
+A change of a part that has died meanwhile would use up the tolerance twice: uses are counted after each change
+(`liveness`), and a candidate that no longer saves anything is skipped.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ from typing import Protocol
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.within.effects import Adjoints, Sweep, moved
+from symoro_elastic.numerics.within.budget import Item, by_gain
+from symoro_elastic.numerics.within.effects import Adjoints, Sweep, node_shift
 from symoro_elastic.numerics.within.liveness import Liveness
 from symoro_elastic.numerics.within.tape import Change, Changes, Rows, Tape
 from symoro_elastic.symbolic.operations import DIVIDE
 
 LIMITS = (0.3, 0.6, 0.8, 0.92, 1.0)
-"""Of the limits, one for each step."""
+"""Fractions of the limits, step by step."""
 GIVEN_BACK = 5
 MOST_PASSES = 12
 PIVOT_CHANGE = 0.1
@@ -45,14 +46,14 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Taken:
-    """The changes that a search took, in order, and how many it had at the end of each step."""
+class AcceptedChanges:
+    """The changes that a search accepted, in order, and their number at the end of each step."""
 
     changes: Sequence[Change] = ()
     steps: Sequence[int] = ()
 
 
-NOTHING_TAKEN = Taken()
+NO_CHANGES_ACCEPTED = AcceptedChanges()
 
 
 Accepts = Callable[[Sequence[Change]], bool]
@@ -60,18 +61,18 @@ Accepts = Callable[[Sequence[Change]], bool]
 
 
 def accept_all(changes: Sequence[Change]) -> bool:
-    """All are."""
+    """Return True: all changes are possible together."""
     return True
 
 
 class MoreErrors(Protocol):
-    """Errors beside those of the results, of their limits."""
+    """Errors of other quantities than the results, as fractions of their limits."""
 
-    def errors(self, taken: Sequence[Change]) -> Array:
-        """Return those of changes together, with signs; infinite or NaN where there is no such number."""
+    def errors(self, accepted: Sequence[Change]) -> Array:
+        """Return the signed errors by all these changes; infinite or NaN where there are none."""
 
-    def effects(self, taken: Sequence[Change]) -> Callable[[Change], Array]:
-        """Return by how much one more change moves them, to first order."""
+    def effects(self, accepted: Sequence[Change]) -> Callable[[Change], Array]:
+        """Return the function from a further change to its effects on the errors, to first order."""
 
 
 class Search:
@@ -99,108 +100,109 @@ class Search:
         self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
         self._pivots = [self._rows[k].copy() for k in self._denominators]
 
-    def run(self, former: Taken = NOTHING_TAKEN) -> Taken:
-        """Return the changes taken: errors are within the limits at all states of the sample.
+    def run(self, former: AcceptedChanges = NO_CHANGES_ACCEPTED) -> AcceptedChanges:
+        """Return the accepted changes: errors are within the limits at all states of the sample.
 
         It goes on from a `former` search, as far as that is within the limits here.
         """
-        taken, steps = self._still_within(former)
-        begun = self._begun(taken)
+        accepted, steps = self._still_within(former)
+        state = self._pass_state(accepted)
         for share in LIMITS[len(steps) :]:
             refused: set[Change] = set()
             for _ in range(MOST_PASSES):
                 with np.errstate(all="ignore"):
-                    tried = self._filled(begun, refused, share)
-                if not tried:
+                    proposed = self._proposed_changes(state, refused, share)
+                if not proposed:
                     break
-                found = self._kept(taken, tried, share)
-                taken = [*taken, *found]
-                begun = self._begun(taken)
-                if not found:
-                    refused.add(tried[0])
-            steps.append(len(taken))
-        return Taken(taken, steps)
+                accepted_now = self._accepted_prefix(accepted, proposed, share)
+                accepted = [*accepted, *accepted_now]
+                state = self._pass_state(accepted)
+                if not accepted_now:
+                    refused.add(proposed[0])
+            steps.append(len(accepted))
+        return AcceptedChanges(accepted, steps)
 
-    def _still_within(self, former: Taken) -> tuple[list[Change], list[int]]:
-        """Return what a former search had taken at the end of a step, of the last one that is within its limit here.
+    def _still_within(self, former: AcceptedChanges) -> tuple[list[Change], list[int]]:
+        """Return the changes of a former search up to its latest step that is within its limit here, and the steps.
 
-        The last step of all is searched anew.
+        Its last step is searched anew.
         """
         before = list(zip(former.steps, LIMITS, strict=True))[:-1] if former.changes else []
         for number, (count, limit) in reversed(list(enumerate(before))):
-            taken = list(former.changes[:count])
-            if taken and self._is_within(taken, limit) and self._accepts(taken):
-                return taken, list(former.steps[: number + 1])
+            accepted = list(former.changes[:count])
+            if accepted and self._is_within(accepted, limit) and self._accepts(accepted):
+                return accepted, list(former.steps[: number + 1])
         return [], []
 
-    def errors(self, taken: list[Change]) -> Array:
-        """Return signed errors of results (results, states), of their limits; rows have the values of these changes."""
-        if taken != self._computed:
-            changes, self._computed = Changes.of(taken), taken
+    def errors(self, accepted: list[Change]) -> Array:
+        """Return signed errors (results, states) as fractions of the limits; rows get the values with these changes."""
+        if accepted != self._computed:
+            changes, self._computed = Changes.of(accepted), accepted
             roots = [*self._tape.results, *self._denominators]
             self._tape.fill(self._rows, self._tape.steps(changes, roots=roots), self._sample.states)
             with np.errstate(all="ignore"):
                 self._errors = (self._tape.values(self._rows) - self._exact) * self._sample.weights
         return self._errors
 
-    def further(self, taken: list[Change]) -> Array:
-        """Return signed errors beside those of the results."""
-        if self._more and taken != self._further[0]:
-            self._further = taken, self._more.errors(taken)
+    def further(self, accepted: list[Change]) -> Array:
+        """Return signed errors of other quantities than the results."""
+        if self._more and accepted != self._further[0]:
+            self._further = accepted, self._more.errors(accepted)
         return self._further[1]
 
-    def _begun(self, taken: list[Change]) -> _Begun:
-        """What the next passes choose from."""
-        errors, live = [self.errors(taken), self.further(taken)], Liveness(self._tape, taken)
-        adjoints = self._sweep.adjoints(self._rows, self._sample.weights, Changes.of(taken))
-        effects = _Effects(self._tape, self._rows, adjoints, self._more.effects(taken) if self._more else None)
+    def _pass_state(self, accepted: list[Change]) -> PassState:
+        """Return errors, effects and possible candidates after these changes."""
+        errors, live = [self.errors(accepted), self.further(accepted)], Liveness(self._tape, accepted)
+        adjoints = self._sweep.adjoints(self._rows, self._sample.weights, Changes.of(accepted))
+        effects = _Effects(self._tape, self._rows, adjoints, self._more.effects(accepted) if self._more else None)
         possible = [change for change in self._candidates if live.is_possible(change)]
         with np.errstate(all="ignore"):
             sizes = [effects.largest(change) for change in possible]
-        return _Begun(taken, live, errors, effects, dict(zip(possible, sizes, strict=True)))
+        return PassState(accepted, live, errors, effects, dict(zip(possible, sizes, strict=True)))
 
-    def _kept(self, taken: Sequence[Change], tried: Sequence[Change], limit: float) -> list[Change]:
-        """Return the first of the changes, as many as true errors allow."""
-        found = [*tried]
-        while found and not self._is_within([*taken, *found], limit):
-            del found[-max(1, len(found) // GIVEN_BACK) :]
-        return found
+    def _accepted_prefix(self, accepted: Sequence[Change], proposed: Sequence[Change], limit: float) -> list[Change]:
+        """Return the longest prefix of a proposal that true errors allow."""
+        prefix = [*proposed]
+        while prefix and not self._is_within([*accepted, *prefix], limit):
+            del prefix[-max(1, len(prefix) // GIVEN_BACK) :]
+        return prefix
 
-    def _is_within(self, taken: list[Change], limit: float) -> bool:
+    def _is_within(self, accepted: list[Change], limit: float) -> bool:
         """Whether errors are within the limit, and no denominator has changed by much: not where one is NaN."""
-        errors = self.errors(taken)
+        errors = self.errors(accepted)
         if not largest(errors) <= limit:
             return False
         for place, exact in zip(self._denominators, self._pivots, strict=True):
             with np.errstate(all="ignore"):
                 if not (np.abs(self._rows[place] - exact) <= PIVOT_CHANGE * np.abs(exact)).all():
                     return False
-        return largest(self.further(taken)) <= limit
+        return largest(self.further(accepted)) <= limit
 
-    def _filled(self, begun: _Begun, refused: Collection[Change], limit: float) -> list[Change]:
-        """Return what a pass takes: candidates in order while the sum of errors and effects is within the limit.
+    def _proposed_changes(self, state: PassState, refused: Collection[Change], limit: float) -> list[Change]:
+        """Return the candidates of a pass, in order, while the sum of errors and effects is within the limit.
 
-        What is not accepted is not tried again: more changes would hardly make it so.
+        A rejected candidate is not tried again: more changes would hardly make it possible.
         """
-        total, top, live = begun.errors, largest(*begun.errors), begun.live
-        found: list[Change] = []
-        for change, size in begun.ordered({*refused, *self._unacceptable}, limit + top):
-            if size > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
+        total, top, live = state.errors, largest(*state.errors), state.live
+        proposed: list[Change] = []
+        for item in state.by_gain({*refused, *self._unacceptable}, limit + top):
+            change = item.what
+            if item.adds > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
                 continue
-            trial = [one + effect for one, effect in zip(total, begun.effects.of(change), strict=True)]
+            trial = [errors + effect for errors, effect in zip(total, state.effects.of(change), strict=True)]
             if not (reached := largest(*trial)) <= limit:
                 continue
-            if self._accepts([*begun.taken, *found, change]):
+            if self._accepts([*state.accepted, *proposed, change]):
                 total, top = trial, reached
                 live.apply(change)
-                found.append(change)
+                proposed.append(change)
             else:
                 self._unacceptable.add(change)
-        return found
+        return proposed
 
 
 class _Effects:
-    """Effects of changes on the results, and on `further` errors, first order, of their limits."""
+    """Effects of changes on the results and on `further` errors, to first order, as fractions of the limits."""
 
     def __init__(
         self, tape: Tape, rows: Rows, adjoints: Adjoints, further: Callable[[Change], Array] | None = None
@@ -208,8 +210,8 @@ class _Effects:
         self._tape, self._rows, self._adjoints = tape, rows, adjoints
         self._further = further or (lambda change: NONE)
         self._most: dict[int, Array] = {}
-        found = next(x for x in adjoints if x is not None)
-        self._product = np.empty_like(found)
+        adjoint = next(x for x in adjoints if x is not None)
+        self._product = np.empty_like(adjoint)
 
     def of(self, change: Change) -> list[Array]:
         """Return the effects on results (results, states) and further errors, valid until the next call."""
@@ -217,46 +219,46 @@ class _Effects:
         if adjoint is None:
             self._product[:] = 0.0
         else:
-            np.multiply(adjoint, moved(self._tape, self._rows, change), self._product)
+            np.multiply(adjoint, node_shift(self._tape, self._rows, change), self._product)
         return [self._product, self._further(change)]
 
     def largest(self, change: Change) -> float:
-        """Return the largest magnitude of the effects; on results that of the largest adjoint of each state."""
+        """Return the largest magnitude of the effects; on results by the largest adjoint at every state."""
         adjoint, further = self._adjoints[change.place], self._further(change)
         if adjoint is None:
             return largest(further)
         if (most := self._most.get(id(adjoint))) is None:
             most = self._most[id(adjoint)] = np.maximum(adjoint.max(axis=0), -adjoint.min(axis=0))
-        return largest(most * moved(self._tape, self._rows, change), further)
+        return largest(most * node_shift(self._tape, self._rows, change), further)
 
 
 @dataclass(frozen=True)
-class _Begun:
-    """Changes taken, and what is known of the program with them, until one of `sizes` is taken, too.
+class PassState:
+    """Accepted changes, and errors and effects of the program with them.
 
     `sizes` are the largest effects of the candidates that are possible.
     """
 
-    taken: Sequence[Change]
+    accepted: Sequence[Change]
     live: Liveness
     errors: Sequence[Array]
     effects: _Effects
     sizes: Mapping[Change, float]
     saved: dict[Change, int] = field(default_factory=dict)
 
-    def ordered(self, refused: Collection[Change], most: float) -> list[tuple[Change, float]]:
-        """Candidates with their largest effects, not above the most, by effect for each operation saved."""
-        found = []
-        for number, (change, size) in enumerate(self.sizes.items()):
+    def by_gain(self, refused: Collection[Change], most: float) -> list[Item[Change]]:
+        """Candidates that save and whose largest effect is not above the most, by gain."""
+        items = []
+        for change, size in self.sizes.items():
             if size <= most and change not in refused:
                 if (saved := self.saved.get(change)) is None:
                     saved = self.saved[change] = self.live.saved_by(change)
                 if saved > 0:
-                    found.append((size / saved, number, change, size))
-        return [(change, size) for _, _, change, size in sorted(found)]
+                    items.append(Item(change, float(saved), size))
+        return by_gain(items)
 
 
 def largest(*errors: Array) -> float:
     """Return the largest magnitude, NaN where one is NaN."""
-    found = [x for each in errors if each.size for x in (float(each.max()), -float(each.min()))]
-    return math.nan if any(map(math.isnan, found)) else max(found, default=0.0)
+    magnitudes = [x for x_errors in errors if x_errors.size for x in (float(x_errors.max()), -float(x_errors.min()))]
+    return math.nan if any(map(math.isnan, magnitudes)) else max(magnitudes, default=0.0)

@@ -1,12 +1,12 @@
-"""What single terms that are left out take from an inverse model: symmetry of its inertia matrix, balance of its power.
+"""Structure that an inverse model loses with single terms: symmetry of its inertia matrix, balance of its power.
 
 The columns of the inertia matrix A_S are the torques of single accelerations, less those at rest. In a whole model the
 power of the velocity torques c is the rate of change of A:
 
     qd' c = 1/2 qd' Ad qd
 
-A reduced one makes power from nothing, or takes it: the difference of both sides from that of the whole model, since
-friction has power in both. Whole parameters that are left out keep both; terms do not, and so the text says how much.
+A reduced model violates the balance by the difference of both sides from that of the full model (friction has power in
+both). Omitted parameters keep symmetry and balance; omitted terms do not, and so the violation is reported.
 
 That is so where positions, velocities and torques are those of the same joints: not where loops or couplings give the
 positions of motors (a gantry whose model moves with its yaw, driven by the carriages on both sides).
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import Program
@@ -32,10 +32,10 @@ STEP = 1e-6
 
 @dataclass(frozen=True)
 class LostStructure:
-    """Of a reduced inverse model at drawn states, the largest values found.
+    """Largest asymmetry and violation of the power balance of a reduced inverse model at drawn states.
 
-    `asymmetry` is that of A over its largest entry, `power` what is made from nothing, W, beside the largest power of
-    the motors, `largest_power`.
+    `asymmetry` is that of A over its largest entry, `power` the violation of the balance, W; `largest_power` is that of
+    the motors.
     """
 
     asymmetry: float
@@ -44,7 +44,7 @@ class LostStructure:
 
 
 def lost_structure(whole: Program, reduced: Program, box: Box, seed: int = 0) -> LostStructure | None:
-    """What is lost of the structure of an inverse model whose variables are all those of motors; None for others.
+    """Return the structure that an inverse model in the variables of motors has lost; None for other models.
 
     Whether they are is for the caller to know (`Machine.moves_by_motors`) where there are as many motors as variables.
     """
@@ -57,10 +57,10 @@ def lost_structure(whole: Program, reduced: Program, box: Box, seed: int = 0) ->
     A = left.inertia(states)
     if not A.any():
         return None
-    made = left.power_balance(states) - exact.power_balance(states)
+    violation = left.power_balance(states) - exact.power_balance(states)
     return LostStructure(
         float(np.abs(A - A.transpose(1, 0, 2)).max() / np.abs(A).max()),
-        float(np.abs(made).max()),
+        float(np.abs(violation).max()),
         float(np.abs(exact.power(states)).max()),
     )
 
@@ -73,7 +73,7 @@ class _Inverse:
         self._inputs = inputs
 
     def torques(self, states: Mapping[str, Array], **changed: Array) -> Array:
-        """The torques where some arguments (entries, states) are others."""
+        """The torques at states of which some arguments (entries, states) are `changed`."""
         own = {name: x for key, rows in changed.items() for name, x in zip(self._inputs[key], rows, strict=True)}
         value = evaluate(self._roots, {**states, **own}, arithmetic(np.float64))
         return np.array([np.broadcast_to(value(x), STATES) for x in self._roots])
@@ -85,12 +85,12 @@ class _Inverse:
         """A (motors, motors, states), at the positions of the states or at others."""
         still = np.zeros((len(self._roots), STATES))
         here = {"q": self.argument(states, "q") if q is None else q, "qd": still}
-        rest = self.torques(states, qdd_motor=still, **here)
+        static_torques = self.torques(states, qdd_motor=still, **here)
         columns = []
         for k in range(len(self._roots)):
             single = still.copy()
             single[k] = 1.0
-            columns.append(self.torques(states, qdd_motor=single, **here) - rest)
+            columns.append(self.torques(states, qdd_motor=single, **here) - static_torques)
         return np.array(columns).transpose(1, 0, 2)
 
     def power(self, states: Mapping[str, Array]) -> Array:
@@ -99,7 +99,7 @@ class _Inverse:
         return power
 
     def power_balance(self, states: Mapping[str, Array]) -> Array:
-        """qd' c - 1/2 qd' Ad qd: the power of friction, and what is made from nothing."""
+        """qd' c - 1/2 qd' Ad qd: the power of friction, and the violation of the balance."""
         q, qd = self.argument(states, "q"), self.argument(states, "qd")
         still = np.zeros_like(qd)
         c = self.torques(states, qdd_motor=still) - self.torques(states, qd=still, qdd_motor=still)

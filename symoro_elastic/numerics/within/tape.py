@@ -1,4 +1,4 @@
-"""A program as rows of operations on arrays, some of whose addends, functions and nodes may be left out.
+"""A program as rows of operations on arrays; addends, functions and nodes may be left out.
 
 A *place* is a row of numbers, one for each state: places 0 ... n - 1 are the nodes that are not constant, operands
 before their users; the places after these are constants. What is left out of the program are *changes*:
@@ -9,24 +9,45 @@ before their users; the places after these are constants. What is left out of th
 
 Between the program (s = 1) and the changed program (s = 0) lies a homotopy: a dropped operand is multiplied by s, a
 frozen node is c + s (z - c), a straightened sine q + s (sin q - q).
+
+Terms can be switched off: each operand of the sums of a program is multiplied by a symbol of its own, one.
+
+Whatever is derived from the results of such a program, by derivatives or by solving for something, depends on the same
+symbols: where one of them becomes zero, its term is left out of all that is derived.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
+from symoro_elastic.symbolic.arithmetic import EXACT, FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
-from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, maximum, minimum, sign, square_root
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    ATAN2,
+    COS,
+    DIVIDE,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    SYMBOL,
+)
+from symoro_elastic.symbolic.program import Output, Program
 
 SUMS = (ADD, SUBTRACT)
 _UFUNCS: dict[str, Callable[..., Any]] = {
@@ -36,6 +57,15 @@ _UFUNCS: dict[str, Callable[..., Any]] = {
     DIVIDE: np.divide,
     NEGATE: np.negative,
 }
+OF_NUMBERS: dict[str, Callable[..., Operand]] = {
+    SQRT: square_root,
+    SIGN: sign,
+    ATAN2: arc_tangent,
+    MINIMUM: minimum,
+    MAXIMUM: maximum,
+}
+"""Functions that are exact for some numbers."""
+PREFIX = "kept_"
 
 
 class Kind(Enum):
@@ -80,7 +110,7 @@ Rows = list[Array]
 
 
 class Step(NamedTuple):
-    """A function of one or two rows that fills a row: places of its operands, the second -1 for one, and its own."""
+    """A function of one or two rows that fills a row: places of its operands, the second -1 if none, and its own."""
 
     function: Callable[..., Any]
     first: int
@@ -89,9 +119,9 @@ class Step(NamedTuple):
 
 
 class Tape:
-    """The operations of a program, in order; `results` are the places of those of its results that it computes.
+    """The operations of a program, in order; `results` are the places of the results that it computes, without repeats.
 
-    Each is there once. `entries` are the places of the entries of each output, arguments and constants too.
+    `entries` are the places of the entries by output, arguments and constants too.
     """
 
     def __init__(self, program: Program, positions: Collection[str] = ("q",)) -> None:
@@ -103,8 +133,8 @@ class Tape:
         self.operations = [node.operation for node in self.nodes]
         self.operands = [() if x.operation == SYMBOL else tuple(map(self.place, x.operands)) for x in self.nodes]
         self.entries = [[self.place(x) for x in output.entries] for output in program.outputs]
-        found = dict.fromkeys(x for places in self.entries for x in places)
-        self.results = [x for x in found if x < self.count and self.operands[x]]
+        returned = dict.fromkeys(x for places in self.entries for x in places)
+        self.results = [x for x in returned if x < self.count and self.operands[x]]
         self.symbols = {str(x.operands[0]): place for place, x in enumerate(self.nodes) if x.operation == SYMBOL}
         value = evaluate(self._constants, {}, FLOATS)
         self.constants = [float(value(x)) for x in self._constants]
@@ -121,10 +151,10 @@ class Tape:
     def _of_positions(self) -> list[bool]:
         """For each node whether it depends on positions only."""
         symbols = dict(zip(self.symbols.values(), self.is_position, strict=True))
-        found: list[bool] = []
+        depends: list[bool] = []
         for place, operands in enumerate(self.operands):
-            found.append(symbols.get(place, True) and all(x >= self.count or found[x] for x in operands))
-        return found
+            depends.append(symbols.get(place, True) and all(x >= self.count or depends[x] for x in operands))
+        return depends
 
     def rows_in(self, numbers: Array) -> Rows:
         """Return rows for all places, those of nodes in an array (nodes, states)."""
@@ -149,51 +179,51 @@ class Tape:
 
     def values(self, rows: Rows) -> Array:
         """Return the values of the results (results, states)."""
-        return picked(rows, self.results)
+        return rows_at(rows, self.results)
 
     def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0, roots: Iterable[int] | None = None) -> list[Step]:
-        """Return what fills the rows of the program with changes: all, or those that the places `roots` need."""
-        found = []
+        """Return the steps of the program with changes: all, or those that the places `roots` depend on."""
+        steps = []
         changed = {place for place, _ in changes.dropped} | changes.straightened
-        for place in range(self.count) if roots is None else sorted(self._needed(roots, changes)):
+        for place in range(self.count) if roots is None else sorted(self._required_places(roots, changes)):
             if place in changes.frozen:
-                found.append(self._frozen(place, changes.frozen[place], s))
+                steps.append(self._frozen(place, changes.frozen[place], s))
             elif place in changed:
-                found.append(self._step(place, changes, s))
+                steps.append(self._step(place, changes, s))
             elif self.operands[place]:
-                found.append(self._whole[place])
-        return found
+                steps.append(self._whole[place])
+        return steps
 
     @cached_property
     def _whole(self) -> dict[int, Step]:
-        """What fills the rows of the program without changes."""
+        """Steps of the program without changes, by place."""
         return {place: self._step(place, NO_CHANGES, 0.0) for place, x in enumerate(self.operands) if x}
 
     def _step(self, place: int, changes: Changes, s: float) -> Step:
         first, second = (*self.operands[place], -1)[:2]
         return Step(self._function(place, changes, s), first, second, place)
 
-    def _needed(self, roots: Iterable[int], changes: Changes) -> set[int]:
-        """Return the places that the rows of `roots` need in the program with changes."""
-        found: set[int] = set()
+    def _required_places(self, roots: Iterable[int], changes: Changes) -> set[int]:
+        """Return the places that `roots` depend on in the program with changes."""
+        needed: set[int] = set()
         pending = [*roots]
         while pending:
             place = pending.pop()
-            if place < self.count and place not in found:
-                found.add(place)
+            if place < self.count and place not in needed:
+                needed.add(place)
                 operands = () if place in changes.frozen else self.operands[place]
                 pending += [x for k, x in enumerate(operands) if (place, k) not in changes.dropped]
-        return found
+        return needed
 
     def _function(self, place: int, changes: Changes, s: float) -> Callable[..., Any]:
         operation = self.operations[place]
         function = _UFUNCS.get(operation) or arithmetic(np.float64).operations[operation]
         if place in changes.straightened:
             return _between(function, np.positive, s)
-        one, two = (s if (place, k) in changes.dropped else 1.0 for k in (0, 1))
-        if one == two == 1.0:
+        first, second = (s if (place, k) in changes.dropped else 1.0 for k in (0, 1))
+        if first == second == 1.0:
             return function
-        return _weighted(one, -two if operation == SUBTRACT else two)
+        return _weighted(first, -second if operation == SUBTRACT else second)
 
     def _frozen(self, place: int, constant: float, s: float) -> Step:
         first, second = (*self.operands[place], -1, -1)[:2]
@@ -202,7 +232,7 @@ class Tape:
         return Step(_between(self._function(place, NO_CHANGES, s), _number(constant), s), first, second, place)
 
 
-def picked(rows: Rows, places: Sequence[int]) -> Array:
+def rows_at(rows: Rows, places: Sequence[int]) -> Array:
     """Return the rows at some places, (places, states)."""
     return np.array([rows[place] for place in places]).reshape(len(places), len(rows[0]) if rows else 0)
 
@@ -211,15 +241,15 @@ def _number(constant: float) -> Callable[..., Any]:
     return lambda *rows: np.copyto(rows[-1], constant)
 
 
-def _weighted(one: float, two: float) -> Callable[..., Any]:
+def _weighted(first: float, second: float) -> Callable[..., Any]:
     """A sum of two rows, multiplied by these numbers."""
-    if one == 0.0 and two == 0.0:
+    if first == 0.0 and second == 0.0:
         return _number(0.0)
-    if one == 1.0 and two == 0.0:
+    if first == 1.0 and second == 0.0:
         return lambda x, y, z: np.copyto(z, x)
-    if one == 0.0 and abs(two) == 1.0:
-        return lambda x, y, z: np.multiply(y, two, z)
-    return lambda x, y, z: np.copyto(z, one * x + two * y)
+    if first == 0.0 and abs(second) == 1.0:
+        return lambda x, y, z: np.multiply(y, second, z)
+    return lambda x, y, z: np.copyto(z, first * x + second * y)
 
 
 def _between(exact: Callable[..., Any], changed: Callable[..., Any], s: float) -> Callable[..., Any]:
@@ -228,9 +258,103 @@ def _between(exact: Callable[..., Any], changed: Callable[..., Any], s: float) -
         return changed
 
     def between(*rows: Array) -> None:
-        whole = np.empty_like(rows[-1])
-        exact(*rows[:-1], whole)
+        exact_values = np.empty_like(rows[-1])
+        exact(*rows[:-1], exact_values)
         changed(*rows)
-        rows[-1][:] += s * (whole - rows[-1])
+        rows[-1][:] += s * (exact_values - rows[-1])
 
     return between
+
+
+def changed_values(tape: Tape, changes: Changes) -> dict[int, Operand]:
+    """Return the new values of the nodes of the program, by number."""
+    values: dict[int, Operand] = {}
+    for place, node in enumerate(tape.nodes):
+        values[node.id] = _value(place, node, changes, values)
+    return values
+
+
+def with_values(program: Program, values: Mapping[int, Operand]) -> tuple[Output, ...]:
+    """Return the outputs of a program with new values of its nodes."""
+    return tuple(
+        Output(output.name, output.shape, tuple(_new(x, values) for x in output.entries)) for output in program.outputs
+    )
+
+
+def _new(x: Operand, values: Mapping[int, Operand]) -> Operand:
+    return values.get(x.id, x) if isinstance(x, Expression) else x
+
+
+def _value(place: int, node: Expression, changes: Changes, values: Mapping[int, Operand]) -> Operand:
+    if place in changes.frozen:
+        return Fraction(changes.frozen[place])
+    operands = [_new(x, values) for x in node.operands]
+    if place in changes.straightened:
+        return operands[0]
+    dropped = [(place, k) in changes.dropped for k in (0, 1)]
+    if any(dropped):
+        first, second = (0 if gone else x for gone, x in zip(dropped, operands, strict=True))
+        changed: Operand = EXACT[node.operation](first, second)
+        return changed
+    if all(new is old for new, old in zip(operands, node.operands, strict=True)):
+        return node
+    operation = EXACT.get(node.operation)
+    value: Operand = operation(*operands) if operation else _function(node, operands)
+    return value
+
+
+def _function(node: Expression, operands: Sequence[Operand]) -> Operand:
+    """A function of changed operands: exact for numbers, signs carried outwards."""
+    graph, name, x = node.graph, node.operation, operands[0]
+    if name in OF_NUMBERS:
+        return OF_NUMBERS[name](graph, *operands)
+    if name not in (SIN, COS):
+        return graph.node(name, *operands)
+    if not isinstance(x, Expression):
+        return cosine_sine(graph, x)[name == SIN]
+    wave = graph.node(name, x.positive)
+    return -wave if x is not x.positive and name == SIN else wave
+
+
+@dataclass(frozen=True)
+class SwitchedProgram:
+    """The results of a program with switches, and the change that a switch makes, by its name."""
+
+    program: Program
+    tape: Tape
+    entries: tuple[Operand, ...]
+    changes: Mapping[str, Change]
+
+    def without(self, names: Sequence[str]) -> tuple[Output, ...]:
+        """Return the outputs of the program where these switches are zero, all others one."""
+        return with_values(self.program, self.values_without(names))
+
+    def values_without(self, names: Sequence[str]) -> dict[int, Operand]:
+        """Return the values of all nodes of the program there, by number."""
+        return changed_values(self.tape, Changes.of(self.changes[name] for name in names))
+
+
+def with_switches(program: Program, positions: Sequence[str] = ("q",)) -> SwitchedProgram:
+    """Return a program with switches at the operands of all sums that depend on the state."""
+    tape, changes = Tape(program, positions), dict[str, Change]()
+    values: dict[int, Operand] = {}
+    for place, node in enumerate(tape.nodes):
+        operands = [values.get(x.id, x) if isinstance(x, Expression) else x for x in node.operands]
+        if tape.operations[place] in SUMS and node.level == Level.STATE:
+            for k in (0, 1):
+                name = f"{PREFIX}{len(changes)}"
+                changes[name] = Change(Kind.DROP, place, k)
+                operands[k] = node.graph.symbol(name, Level.PARAMETER) * operands[k]
+        values[node.id] = _switch_value(node, operands)
+    entries = [x for output in program.outputs for x in output.entries]
+    results = tuple(values.get(x.id, x) if isinstance(x, Expression) else x for x in entries)
+    return SwitchedProgram(program, tape, results, changes)
+
+
+def _switch_value(node: Expression, operands: Sequence[Operand]) -> Operand:
+    """A node of new operands."""
+    if all(new is old for new, old in zip(operands, node.operands, strict=True)):
+        return node
+    operation = EXACT.get(node.operation)
+    value: Operand = operation(*operands) if operation else node.graph.node(node.operation, *operands)
+    return value

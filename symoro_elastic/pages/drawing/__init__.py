@@ -1,1 +1,1 @@
-"""Machines drawn: a figure in space, its projection as SVG or PNG, and a page on which the machine moves."""
+"""Drawings of machines: a figure in space, its projection as SVG or PNG, and a page with the moving machine."""

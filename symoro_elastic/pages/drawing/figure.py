@@ -6,8 +6,9 @@ Every shape is fixed to a frame, so the placements of the frames are all that is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,11 +16,19 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.frames import COORDINATES, with_base_coordinates
 from symoro_elastic.machine.machine import Body, Joint, Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.bound.joint_axes import placed_machine
+from symoro_elastic.models.bound.state import State, closing_models
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.closed_positions import drawn_values, with_dependent
+from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 from symoro_elastic.pages.drawing.joint_shapes import base_shapes, joint_shapes
-from symoro_elastic.pages.drawing.placements import Placements
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
+from symoro_elastic.symbolic.program import Program
 
 TENSOR = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
 """Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
@@ -31,18 +40,23 @@ UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
 """The unit of the shapes of joints: this much of the extent, at most so much of a usual link, at least so much."""
 THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
-NEAR = 0.25
-"""Of the diagonal around all origins: how far around them bodies count, so that a long bed hides no machine."""
+NEAR, APART = 0.25, 0.3
+"""How far around all origins bodies count, so that a long bed hides no machine: this much of the diagonal around the
+origins; where that is less than so much of the usual body's, as of axes through one point, a body's diagonal."""
+CENTRE = 3.0
+"""Of the unit: edges of the cube at the centre of mass of a body whose inertia is that of no box."""
 LARGEST = 1e6
 """Of the extent, m."""
 MOST_NAMED = 150
 """Frames whose names are drawn."""
 CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+STAND_IN = 1.0
+"""Length, m, or angle, rad, that is drawn where the machine gives none."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A frame that has a name in the figure, and what it is: the kind of its joint, or base."""
+    """A named frame of the figure, and its kind: that of its joint, or base."""
 
     frame: int
     name: str
@@ -51,7 +65,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Figure:
-    """A machine to be drawn: shapes fixed to frames 0 (the base) and 1 to the number of rows, as it stands.
+    """A machine to draw: shapes fixed to frames 0 (the base) and 1 to the number of rows.
 
     `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
     `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `room` (2, 3) are the
@@ -83,12 +97,12 @@ class Figure:
 
     @property
     def is_crowded(self) -> bool:
-        """Whether there are too many frames for names beside them."""
+        """Whether the frames are too many for names."""
         return len(self.marks) > MOST_NAMED
 
 
 def figure_of(placements: Placements, q: Array) -> Figure:
-    """Return the figure of a machine at q (n,); raises `InputError` where a loop does not close, or for its size."""
+    """Return the figure of a machine at q (n,); raises `InputError` for an open loop, or for its size."""
     machine, T = placements.machine, placements.at(q)
     values = parameter_values(machine)
     boxes = {} if machine.is_grouped else _boxes(machine, values)
@@ -96,7 +110,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     extent = _extent(room)
     unit, up = _unit(machine, T, extent), upward(machine, values)
     shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
-    for j, joint in _numbered(machine):
+    for j, joint in _enumerate_joints(machine):
         if joint.name not in COORDINATES:
             shapes += joint_shapes(j, joint, T, unit)
         shapes += [_body(j, boxes[j], unit)] if j in boxes else []
@@ -116,24 +130,24 @@ def figure_of(placements: Placements, q: Array) -> Figure:
 
 
 def _boxes(machine: Machine, values: Mapping[str, float]) -> dict[int, Box]:
-    """The boxes of the bodies that have values, by the number of their joint."""
-    found = {j: box_of(joint.body, values) for j, joint in _numbered(machine)}
-    return {j: box for j, box in found.items() if box}
+    """The boxes of bodies with values, by the number of their joint."""
+    boxes = {j: box_of(joint.body, values) for j, joint in _enumerate_joints(machine)}
+    return {j: box for j, box in boxes.items() if box}
 
 
 def _remarks(placements: Placements, boxes: Mapping[int, Box]) -> Iterator[str]:
-    """Lines about what a figure does not show, or not as it is."""
+    """Lines about parts that a figure omits or draws differently."""
     machine = placements.machine
     if placements.not_given:
         yield f"not to scale: {', '.join(placements.not_given)} without value"
-    unknown = [joint.name for j, joint in _numbered(machine) if j not in boxes and not joint.body.mass.is_zero]
+    unknown = [joint.name for j, joint in _enumerate_joints(machine) if j not in boxes and not joint.body.mass.is_zero]
     if machine.is_grouped:
         yield "base parameters are those of no bodies: so no bodies are drawn"
     elif unknown:
         yield f"bodies without usable values are not drawn: {', '.join(unknown)}"
     flat = [machine.joint(j).name for j, box in boxes.items() if not box.is_exact]
     if flat:
-        yield f"no evenly filled box has the inertia of these bodies, drawn flat: {', '.join(flat)}"
+        yield f"no evenly filled box has the inertia of these bodies, which are cubes: {', '.join(flat)}"
     if len(machine.joints) >= MOST_NAMED:
         yield f"more than {MOST_NAMED} frames: names are left out"
 
@@ -143,45 +157,46 @@ def upward(machine: Machine, values: Mapping[str, float]) -> Array:
     gravity = np.array([_value(x, values) for x in machine.base.gravity])
     unknown = np.isnan(gravity)
     size = 0.0 if unknown.any() else float(np.linalg.norm(gravity))
-    up: Array = 0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2]
-    return up
+    return np.asarray(0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2])
 
 
 def _value(formula: Formula, values: Mapping[str, float]) -> float:
     return formula.value(values) if formula.names <= values.keys() else math.nan
 
 
-def _numbered(machine: Machine) -> Iterator[tuple[int, Joint]]:
+def _enumerate_joints(machine: Machine) -> Iterator[tuple[int, Joint]]:
     return enumerate(machine.joints, start=1)
 
 
 def _floats(machine: Machine) -> bool:
-    """Whether the first rows are the coordinates of a base that moves freely."""
+    """Whether the first rows are the coordinates of a freely moving base."""
     return machine.joints[:1] != () and machine.joints[0].name == COORDINATES[0]
 
 
 def _marks(machine: Machine) -> Iterator[Mark]:
     if not _floats(machine):
         yield Mark(0, "base", "base")
-    for j, joint in _numbered(machine):
+    for j, joint in _enumerate_joints(machine):
         if joint.name not in COORDINATES:
             yield Mark(j, joint.name, joint.kind)
 
 
 def _room(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> Array:
-    """Return the corners (2, 3) of the space around all origins, and around bodies as far as they are near them."""
+    """Return the corners (2, 3) of the space around all origins, and around bodies near them."""
     origins = T[:, :3, 3]
     points = [origins]
     for j, box in boxes.items():
         centred = T[j] @ box.placement
-        points.append((CORNERS * box.edges) @ centred[:3, :3].T + centred[:3, 3])
+        points.append((CORNERS * box.edges * box.is_exact) @ centred[:3, :3].T + centred[:3, 3])
     around = _corners(np.concatenate(points))
     size = float(np.linalg.norm(around[1] - around[0]))
     if not size <= LARGEST:
         what = f"the machine is {size:.3g} m large: {LARGEST:g} m is the largest that is drawn: check units"
         raise InputError(machine.label, "joints", what)
     low, high = _corners(origins)
-    aside = NEAR * float(np.linalg.norm(high - low))
+    usual = float(np.median([np.linalg.norm(box.edges) * box.is_exact for box in boxes.values()])) if boxes else 0.0
+    across = float(np.linalg.norm(high - low))
+    aside = usual if across < APART * usual else NEAR * across
     return np.clip(around, low - aside, high + aside) if aside > 0 else around
 
 
@@ -190,13 +205,13 @@ def _corners(points: Array) -> Array:
 
 
 def _extent(room: Array) -> float:
-    """Return the diagonal of a space, m; 1 where all is in one point."""
+    """Return the diagonal of a space, m; 1 for a single point."""
     extent = float(np.linalg.norm(room[1] - room[0]))
     return extent if extent > 1 / LARGEST else 1.0
 
 
 def _unit(machine: Machine, T: Array, extent: float) -> float:
-    """Return the size of a joint, m: of long machines with many links it is less of the extent."""
+    """Return the size of a joint, m: a smaller fraction of the extent for long machines with many links."""
     ways = np.linalg.norm(T[1:, :3, 3] - T[list(machine.antecedents), :3, 3], axis=1)
     links = ways[ways > LEAST * extent]
     usual = float(np.median(links)) if len(links) else extent
@@ -204,7 +219,7 @@ def _unit(machine: Machine, T: Array, extent: float) -> float:
 
 
 def _body(j: int, box: Box, unit: float) -> Solid:
-    a, b, c = np.maximum(box.edges, THIN * unit).tolist()
+    a, b, c = np.maximum(box.edges if box.is_exact else np.full(3, CENTRE * unit), THIN * unit).tolist()
     return Solid(j, BODY, Shape.BOX, box.placement, (a, b, c))
 
 
@@ -223,18 +238,18 @@ class Box:
 
 
 def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
-    """Return the box of equal inertia; None for a body without mass, or with values that are not finite.
+    """Return the box of equal inertia; None for a body without mass, or with infinite values.
 
     The edges a, b, c fulfil I_x = m (b^2 + c^2) / 12 and so on about the principal axes.
     """
     cells = (body.mass, *body.moments, *body.inertia)
     if not all(cell.names <= values.keys() for cell in cells):
         return None
-    mass, *others = (_number(cell, values) for cell in cells)
-    if not (mass > 0 and np.isfinite(others).all()):
+    mass, *further = (_number(cell, values) for cell in cells)
+    if not (mass > 0 and np.isfinite(further).all()):
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        centre, tensor = _about_centre(body, mass, np.array(others))
+        centre, tensor = _about_centre(body, mass, np.array(further))
     if not np.isfinite(tensor).all():
         return None
     moments, axes = np.linalg.eigh(tensor)
@@ -253,12 +268,12 @@ def _number(formula: Formula, values: Mapping[str, float]) -> float:
         return math.nan
 
 
-def _about_centre(body: Body, mass: float, others: Array) -> tuple[Array, Array]:
+def _about_centre(body: Body, mass: float, moments: Array) -> tuple[Array, Array]:
     """Return the centre of mass (3,) and the inertia tensor (3, 3) about it, in the frame of the body."""
-    tensor = others[3:][np.array(TENSOR)]
+    tensor = moments[3:][np.array(TENSOR)]
     if body.central:
-        return others[:3], tensor
-    centre: Array = others[:3] / mass
+        return moments[:3], tensor
+    centre: Array = moments[:3] / mass
     shifted: Array = tensor - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return centre, shifted
 
@@ -272,8 +287,90 @@ def _order(axes: Array) -> list[int]:
 
 
 def _along_frame(axes: Array) -> Array:
-    """Return the principal axes (columns) in the order and the sense of those of the frame, right-handed."""
+    """Return the principal axes (columns) in order and sense of the frame's axes, right-handed."""
     ordered = axes[:, _order(axes)]
     ordered = ordered * np.where(np.diag(ordered) < 0, -1.0, 1.0)
-    turned: Array = ordered * np.array([1.0, 1.0, np.sign(np.linalg.det(ordered))])
-    return turned
+    return np.asarray(ordered * np.array([1.0, 1.0, np.sign(np.linalg.det(ordered))]))
+
+
+@dataclass(frozen=True)
+class Placements:
+    """Placements of frames of `machine`, which has coordinates for its base and for independent motors.
+
+    `not_given` are the parameters of its geometry that have no value; stand-ins are drawn for them.
+    """
+
+    machine: Machine
+    not_given: tuple[str, ...]
+
+    @cached_property
+    def programs(self) -> dict[str, Program]:
+        """Programs of the frames by the name of their model, with `assemble` for loops without closed form."""
+        models = ("geometric_model", *closing_models(self.machine))
+        programs = trace_models(self.machine, Scene(models=models, fold=ALL)).models
+        return {function.model.name: function.program for function in programs}
+
+    @cached_property
+    def start(self) -> Array:
+        """q (n,) with springs neutral, loops at their start, and other joints at zero, rad or m."""
+        return self.position({})
+
+    def position(self, at: Mapping[str, float]) -> Array:
+        """Return q (n,) with joints at given positions, rad or m, others at their start; raises `InputError`."""
+        positions = placed_machine(self.machine, at).q
+        q = np.array([positions[joint.name] for joint in self.machine.independent_joints], dtype=float)
+        return np.where(np.isnan(q), 0.0, q)
+
+    def close_loops(self, q: Array) -> State:
+        """Return all blocks of the position q (n,), NaN if the loops do not close."""
+        return with_dependent(self.machine, State({"q": q[None]}), parameter_values(self.machine))[0]
+
+    @property
+    def _not_there(self) -> str:
+        """Return why frames have no placement at a position."""
+        loops = ", ".join(loop.name for loop in self.machine.loops)
+        if loops:
+            return f"loop {loops} does not close there: give another position"
+        return "frames are out of the range of numbers there: check lengths and their units"
+
+    def at(self, q: Array) -> Array:
+        """Return the placements (1 + rows, 4, 4) of frame 0 and of the rows at q (n,) in frame 0, lengths in m.
+
+        Raises `InputError` where a loop does not close.
+        """
+        program = self.programs["geometric_model"]
+        state = self.close_loops(q)
+        symbols: dict[str, float] = {}
+        for block in program.inputs:
+            symbols |= zip(block.symbols, map(float, getattr(state, block.name)), strict=True)
+        try:
+            value = evaluate_nodes(program.nodes, symbols, FLOATS)
+            T = np.array([float(value(x)) for x in program.outputs[0].entries]).reshape(-1, 4, 4)
+        except (ArithmeticError, ValueError):
+            T = np.full((1, 4, 4), math.nan)
+        if not np.isfinite(T).all():
+            raise self.machine.error("--at", self._not_there)
+        return np.concatenate([np.eye(4)[None], T])
+
+
+def placements_of(machine: Machine) -> Placements:
+    """Return the placements of a machine that a scene has restricted; raises `InputError`."""
+    machine = replace(with_base_coordinates(machine), frames=())
+    missing = _missing(machine)
+    if missing:
+        machine = _with_stand_ins(machine, missing)
+    return Placements(with_independent_motors(machine), missing)
+
+
+def _missing(machine: Machine) -> tuple[str, ...]:
+    """Parameters without value on which the placements of frames depend."""
+    without = [p.name for p in machine.parameters if p.value is None]
+    used = trace(machine, "geometric_model").program.used if without else frozenset()
+    return tuple(name for name in without if name in used)
+
+
+def _with_stand_ins(machine: Machine, names: Sequence[str]) -> Machine:
+    """The machine with substitute values of geometric parameters that close its loops."""
+    values = drawn_values(machine) if machine.loops else dict.fromkeys(names, STAND_IN)
+    parameters = (replace(p, value=Formula.parse(values[p.name])) if p.name in names else p for p in machine.parameters)
+    return replace(machine, parameters=tuple(parameters))

@@ -41,7 +41,7 @@ def joint_shapes(j: int, joint: Joint, T: Array, unit: float) -> Iterator[Solid 
 
 
 def base_shapes(up: Array, unit: float) -> Iterator[Solid | Wire]:
-    """Return the plate that stands for the base, below the origin of frame 0, and the axes of frame 0."""
+    """Return the plate of the base, below the origin of frame 0, and the axes of frame 0."""
     yield Solid(0, BASE, Shape.BOX, placement(-1.6 * unit * up, axes_along(up)), (6 * unit, 6 * unit, 0.6 * unit))
     yield from _axes(0, unit)
 
@@ -51,9 +51,9 @@ def _axes(j: int, unit: float) -> Iterator[Wire]:
         yield Wire(j, axis, np.stack([np.zeros(3), 2.4 * unit * np.eye(3)[k]]), np.zeros(2))
 
 
-def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid | Wire]:
-    """A carriage on its rail, or a coil between two discs; `seen` is the frame in its antecedent."""
-    along, at, a = seen[:3, 2], seen[:3, 3], joint.antecedent
+def _sliding(j: int, joint: Joint, frame: Array, unit: float) -> Iterator[Solid | Wire]:
+    """A carriage on its rail, or a coil between two discs; `frame` is the frame in its antecedent."""
+    along, at, a = frame[:3, 2], frame[:3, 3], joint.antecedent
     if joint.kind is Kind.ELASTIC:
         foot = at - COIL * unit * along
         yield from _rod(a, np.zeros(3), foot, unit)
@@ -65,7 +65,7 @@ def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid |
     ends = sorted((0.0, float(at @ along)))
     low, high = ends[0] - REACH * unit, ends[1] + REACH * unit
     yield from _rod(a, np.zeros(3), foot, unit)
-    rail = placement(foot + along * (low + high) / 2, seen[:3, :3])
+    rail = placement(foot + along * (low + high) / 2, frame[:3, :3])
     yield Solid(a, RAIL, Shape.BOX, rail, (0.5 * unit, 0.5 * unit, high - low))
     yield Solid(j, joint.kind, Shape.BOX, np.eye(4), (1.7 * unit, 1.7 * unit, 2.4 * unit))
 
@@ -80,7 +80,7 @@ def _disc(j: int, unit: float) -> Solid:
 
 
 def _rod(frame: int, begin: Array, end: Array, unit: float) -> Iterator[Solid]:
-    """A rod between two points of a frame, where they differ."""
+    """A rod between two distinct points of a frame."""
     way = end - begin
     length = float(np.linalg.norm(way))
     if length > SAME * unit:

@@ -1,4 +1,4 @@
-"""Colours of figures, by what a shape stands for, on light and on dark paper."""
+"""Colours of figures, by the role of a shape, on light and on dark paper."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Palette:
     roles: dict[str, str]
 
     def shade(self, role: str, shade: int) -> str:
-        """Return the colour of a face: shade 0 is lit, 2 dark."""
+        """Return the colour of a face: shade 0 is lit, 2 is dark."""
         return mix(self.roles[role], LIT[shade])
 
     def outline(self, role: str) -> str:
@@ -31,7 +31,7 @@ class Palette:
 
 
 def mix(colour: str, share: float) -> str:
-    """Return a colour mixed with white by a share, with black by a negative one."""
+    """Return a colour mixed with white by a fraction, with black by a negative one."""
     aim = 255 if share > 0 else 0
     parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return "#" + "".join(f"{round(part + abs(share) * (aim - part)):02x}" for part in parts)

@@ -1,4 +1,4 @@
-"""Pictures of machines as files: SVG by itself, PNG and PDF by matplotlib."""
+"""Files of machine pictures: SVG written directly, PNG and PDF by matplotlib."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ CLEAR = 0.3
 """Opacity of bodies."""
 
 
-def write_picture(found: Picture, path: str, place: str) -> None:
-    """Write a picture as SVG, PNG or PDF, by its suffix; raises `InputError`, where matplotlib is missing too."""
+def write_picture(drawing: Picture, path: str, place: str) -> None:
+    """Write a picture as SVG, PNG or PDF, by its suffix; raises `InputError`, also without matplotlib."""
     form = form_of(path, PICTURES, place)[1:]
-    content = svg(found).encode("utf-8") if form == "svg" else picture(_plotted(found), form)
+    content = svg(drawing).encode("utf-8") if form == "svg" else picture(_matplotlib_figure(drawing), form)
     write_file(content, path, place)
 
 
-def _plotted(found: Picture) -> Any:
+def _matplotlib_figure(machine_picture: Picture) -> Any:
     """The picture as a figure of matplotlib, on light paper."""
-    left, top, right, bottom = found.box
+    left, top, right, bottom = machine_picture.box
     figure = new_figure((right - left) / PIXELS, (bottom - top) / PIXELS)
     figure.set_layout_engine("none")
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
-    for order, part in enumerate(found.drawn):
+    for order, part in enumerate(machine_picture.drawn):
         _plot(axes, part, order)
-    for label in found.labels:
+    for label in machine_picture.labels:
         end = label.end
-        order = len(found.drawn) + 1
+        order = len(machine_picture.drawn) + 1
         axes.plot([label.anchor_x, end[0]], [label.anchor_y, end[1]], color=LIGHT.faint, linewidth=0.5, zorder=order)
         axes.plot([label.anchor_x], [label.anchor_y], ".", color=LIGHT.ink, markersize=3, zorder=order)
         halo = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}

@@ -27,19 +27,18 @@ FACES = (
     *(((0, 1, 3, 2), 0, -1), ((4, 6, 7, 5), 0, 1), ((0, 4, 5, 1), 1, -1), ((2, 3, 7, 6), 1, 1)),
     *(((0, 2, 6, 4), 2, -1), ((1, 5, 7, 3), 2, 1)),
 )
-"""Corners of each face of a box, and the axis and sense of its normal."""
+"""Corners of the faces of a box, and the axis and sense of its normal."""
 
 
 @dataclass(frozen=True)
 class View:
-    """Where a figure is seen from: rows are the directions to the right, up, and to the eye, in frame 0."""
+    """The direction of view: rows are the directions to the right, up, and to the eye, in frame 0."""
 
     axes: Array
 
     def of(self, points: Array) -> Array:
         """Return points (N, 3) as x to the right, y down, and nearness to the eye, m."""
-        seen: Array = points @ self.axes.T * np.array([1.0, -1.0, 1.0])
-        return seen
+        return np.asarray(points @ self.axes.T * np.array([1.0, -1.0, 1.0]))
 
 
 @dataclass(frozen=True)
@@ -64,27 +63,27 @@ class Projection:
 
     @cached_property
     def back_to_front(self) -> list[Drawn]:
-        """Areas and lines, those farther away first."""
-        found = [part for shape in self.figure.shapes for part in self._drawn(shape)]
-        return sorted(found, key=lambda part: (part.layer, round(part.near, 9)))
+        """Areas and lines, the farthest first."""
+        parts = [part for shape in self.figure.shapes for part in self._project(shape)]
+        return sorted(parts, key=lambda part: (part.layer, round(part.near, 9)))
 
     @cached_property
     def outline(self) -> Array:
-        """Points (N, 2) m around what a picture shows: all shapes, of bodies what is within the room."""
-        found = [part.points for part in self.back_to_front if part.role != BODY]
+        """Points (N, 2) m around a picture: all shapes, bodies only within the room."""
+        points = [part.points for part in self.back_to_front if part.role != BODY]
         low, high = self.figure.room
         for solid in self.figure.solids:
             if solid.role == BODY:
                 centred = self.T[solid.frame] @ solid.placement
                 corners = (CORNERS * np.array(solid.size)) @ centred[:3, :3].T + centred[:3, 3]
-                found.append(self.view.of(np.clip(corners, low, high))[:, :2])
-        return np.concatenate(found)
+                points.append(self.view.of(np.clip(corners, low, high))[:, :2])
+        return np.concatenate(points)
 
     def anchors(self) -> Array:
-        """Return where the origins of the frames with names are, (N, 2) m."""
+        """Return the origins of named frames on paper, (N, 2) m."""
         return self.view.of(self.T[[mark.frame for mark in self.figure.marks], :3, 3])[:, :2]
 
-    def _drawn(self, shape: Solid | Wire) -> Iterator[Drawn]:
+    def _project(self, shape: Solid | Wire) -> Iterator[Drawn]:
         if isinstance(shape, Wire):
             yield self._line(shape)
             return
@@ -92,20 +91,20 @@ class Projection:
         faces = self._box(shape, centred) if shape.shape is Shape.BOX else self._cylinder(shape, centred)
         layer = LAYERS.get(shape.role, 2)
         for points, normal in faces:
-            seen = self.view.of(points)
-            yield Drawn(shape.role, seen[:, :2], True, _shade(normal), layer, float(seen[:, 2].mean()))
+            projected = self.view.of(points)
+            yield Drawn(shape.role, projected[:, :2], True, _shade(normal), layer, float(projected[:, 2].mean()))
 
     def _line(self, wire: Wire) -> Drawn:
         j, figure = wire.frame, self.figure
         T, before = ((frames[figure.antecedents[j]], frames[j]) for frames in (self.T, figure.reference))
         moved = slip(inverse(T[0]) @ T[1], inverse(before[0]) @ before[1], figure.slides[j])
         points = bend(wire, moved, figure.slides[j])
-        seen = self.view.of(points @ self.T[j][:3, :3].T + self.T[j][:3, 3])
+        projected = self.view.of(points @ self.T[j][:3, :3].T + self.T[j][:3, 3])
         layer = 3 if wire.role in AXES else 2
-        return Drawn(wire.role, seen[:, :2], False, 1, layer, float(seen[:, 2].mean()))
+        return Drawn(wire.role, projected[:, :2], False, 1, layer, float(projected[:, 2].mean()))
 
     def _box(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
-        """The faces that are turned to the eye, and their normals as seen."""
+        """The faces towards the eye, and their normals in the view."""
         corners = (CORNERS * np.array(solid.size)) @ T[:3, :3].T + T[:3, 3]
         for face, axis, sense in FACES:
             normal = self.view.axes @ T[:3, axis] * sense
@@ -113,7 +112,7 @@ class Projection:
                 yield corners[list(face)], normal
 
     def _cylinder(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
-        """The outline of the side, and the end that is turned to the eye."""
+        """The outline of the side, and the end towards the eye."""
         circle = CIRCLE * np.array(solid.size) / 2
         along = T[:3, 2] * solid.size[2] / 2
         ends = [circle @ T[:3, :3].T + T[:3, 3] + way for way in (-along, along)]
@@ -148,12 +147,12 @@ def hull(points: Array) -> list[int]:
     order, at = [k for k, _ in ordered], points.tolist()
 
     def half(order: list[int]) -> list[int]:
-        found: list[int] = []
+        corners: list[int] = []
         for k in order:
-            while len(found) > 1 and _turn(at[found[-2]], at[found[-1]], at[k]) <= 0:
-                found.pop()
-            found.append(k)
-        return found[:-1]
+            while len(corners) > 1 and _turn(at[corners[-2]], at[corners[-1]], at[k]) <= 0:
+                corners.pop()
+            corners.append(k)
+        return corners[:-1]
 
     return half(order) + half(order[::-1])
 

@@ -1,4 +1,4 @@
-"""What a figure is made of: solids and wires that move with the frames of a machine, and frames by placements."""
+"""Parts of a figure: solids and wires that move with the frames of a machine, and frames by placements."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Shape(StrEnum):
 class Solid:
     """A box or a cylinder fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
 
-    `role` says what it stands for, and so its colour.
+    `role` is its meaning, which determines its colour.
     """
 
     frame: int
@@ -46,7 +46,7 @@ class Wire:
 
 
 def placement(x: Array, R: Array | None = None) -> Array:
-    """Return the placement (4, 4) with origin x (3,) and axes R (3, 3), those of the frame where none are given."""
+    """Return the placement (4, 4) with origin x (3,) and axes R (3, 3), by default the unit matrix."""
     T = np.eye(4)
     T[:3, 3] = x
     if R is not None:
@@ -70,16 +70,15 @@ def axes_along(z: Array) -> Array:
 
 
 def slip(T: Array, reference: Array, slides: bool) -> float:
-    """Return how far a joint has moved, m or rad, from the placements (4, 4) in its antecedent now and before."""
+    """Return the displacement of a joint, m or rad, from the placements (4, 4) in its antecedent now and before."""
     moved = inverse(reference) @ T
     return float(moved[2, 3] if slides else np.arctan2(moved[1, 0], moved[0, 0]))
 
 
 def bend(wire: Wire, moved: float, slides: bool) -> Array:
-    """Return the points (N, 3) of a wire in its frame once the joint has moved, m or rad."""
+    """Return the points (N, 3) of a wire in its frame after a joint's displacement, m or rad."""
     by = -moved * wire.behind
     if slides:
-        shifted: Array = wire.points + by[:, None] * np.array([0.0, 0.0, 1.0])
-        return shifted
+        return np.asarray(wire.points + by[:, None] * np.array([0.0, 0.0, 1.0]))
     x, y, z = wire.points.T
     return np.stack([x * np.cos(by) - y * np.sin(by), x * np.sin(by) + y * np.cos(by), z], axis=1)

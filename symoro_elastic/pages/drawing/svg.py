@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from html import escape
 
@@ -14,10 +14,9 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of
+from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT
-from symoro_elastic.pages.drawing.placements import placements_of
 from symoro_elastic.pages.drawing.projection import Drawn, Projection, view_of
 
 HEIGHT, GAP = 15.0, 4.0
@@ -27,7 +26,7 @@ NARROW_ADVANCE, ADVANCE, CAPITAL_ADVANCE, WIDE_ADVANCE = 4.2, 6.8, 8.7, 10.2
 """Of characters in Helvetica and its likes at 12 px."""
 DIRECTIONS = 16
 FIRST, GROWTH = 16.0, 1.32
-"""Distance of the first place from its point, px, and the ratio of those further out."""
+"""Distance of the first place from its point, px, and the ratio of successive distances."""
 COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
 """What it costs, in px, to cover something drawn, to cross another line, to have a label on a line."""
 SHARES = np.array([[0.15], [0.3], [0.45], [0.6], [0.75], [0.9]])
@@ -36,7 +35,7 @@ PLENTY, COMPARED = 11, 24
 """Rings of places that are compared, further ones only where these have no room; places that are compared at once."""
 
 WIDTH, HEIGHT_MOST, MARGIN = 640.0, 460.0, 14.0
-"""Of the machine itself, px; labels may stand beside it."""
+"""Of the machine itself, px; labels may extend beyond it."""
 LEGEND = {
     "motor": "motor",
     "elastic": "spring",
@@ -49,7 +48,7 @@ LEGEND = {
 
 @dataclass(frozen=True)
 class Picture:
-    """What a machine looks like on paper, px: areas and lines, labels, and the edges left, top, right, bottom."""
+    """A machine on paper, px: areas and lines, labels, and the edges left, top, right, bottom."""
 
     drawn: list[Drawn]
     labels: list[Label]
@@ -58,25 +57,26 @@ class Picture:
 
     @property
     def legend(self) -> list[tuple[str, str]]:
-        """Roles that are drawn, and what they stand for."""
+        """Drawn roles, and their meanings."""
         return legend_of({part.role for part in self.drawn})
 
 
 def picture_of(figure: Figure, T: Array | None = None) -> Picture:
-    """Return the picture of a machine with its frames at placements T (1 + rows, 4, 4), else as the figure has them."""
+    """Return the picture of a machine with frames at placements T (1 + rows, 4, 4), by default the figure's."""
     projection = Projection(figure, figure.reference if T is None else T, view_of(figure))
     low, spread = projection.outline.min(axis=0), np.ptp(projection.outline, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
-    drawn = [_scaled(part, low, scale) for part in projection.back_to_front]
-    boxes = np.array([[*part.points.min(axis=0), *part.points.max(axis=0)] for part in drawn if _is_in_the_way(part)])
+    parts = [replace(part, points=(part.points - low) * scale) for part in projection.back_to_front]
+    obstacles = [part.points for part in parts if part.role not in (BODY, "base", *AXES)]
+    boxes = np.array([[*points.min(axis=0), *points.max(axis=0)] for points in obstacles])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
     labels = place_labels(names, anchors, boxes.reshape(-1, 4))
-    return Picture(drawn, labels, _edges((projection.outline - low) * scale, labels), figure)
+    return Picture(parts, labels, _edges((projection.outline - low) * scale, labels), figure)
 
 
 def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:
-    """Return those of the roles that a legend explains, and what they stand for."""
+    """Return the roles in a legend, and their meanings."""
     return [(role, text) for role, text in LEGEND.items() if role in roles]
 
 
@@ -121,7 +121,7 @@ def _notes(remarks: Sequence[str], left: float, bottom: float) -> list[tuple[str
 
 
 def svg_for_light_paper(machine: Machine) -> str:
-    """Return the picture of a machine at its start; an empty text where it cannot be drawn there."""
+    """Return the picture of a machine at its start; empty if it cannot be drawn there."""
     try:
         return svg(machine_picture(machine), dark=False)
     except InputError:
@@ -129,20 +129,12 @@ def svg_for_light_paper(machine: Machine) -> str:
 
 
 def joint_counts(figure: Figure) -> str:
-    """Return how many joints of each kind a machine has, in words."""
+    """Return the numbers of a machine's joints by kind, in words."""
     names = {"motor": "motor", "elastic": "elastic joint", "passive": "passive joint", "coupled": "coupled joint"}
     kinds = [mark.role for mark in figure.marks]
     counts = {name: kinds.count(role) for role, name in names.items()}
     parts = [f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count]
     return ", ".join(parts) or "no joint moves"
-
-
-def _scaled(part: Drawn, low: Array, scale: float) -> Drawn:
-    return Drawn(part.role, (part.points - low) * scale, part.closed, part.shade, part.layer, part.near)
-
-
-def _is_in_the_way(part: Drawn) -> bool:
-    return part.role not in (BODY, "base", *AXES)
 
 
 def _edges(outline: Array, labels: Sequence[Label]) -> tuple[float, float, float, float]:
@@ -166,18 +158,18 @@ def _label(label: Label) -> dict[str, str]:
 def _legend(
     entries: Sequence[tuple[str, str]], left: float, right: float, bottom: float
 ) -> tuple[list[dict[str, str]], list[int]]:
-    """Places of the entries of the legend within the picture, in one row or more, and the rows."""
-    found, x, row = [], left + MARGIN, 0
+    """Places of the entries of the legend within the picture, and the rows."""
+    cells, x, row = [], left + MARGIN, 0
     for role, text in entries:
         if x + width(text) + 20 > right and x > left + MARGIN:
             x, row = left + MARGIN, row + 1
-        found.append({"role": role, "text": text, "x": _text(x), "y": _text(bottom + HEIGHT + 20 * row)})
+        cells.append({"role": role, "text": text, "x": _text(x), "y": _text(bottom + HEIGHT + 20 * row)})
         x += width(text) + 26
-    return found, list(range(row + 1)) if entries else []
+    return cells, list(range(row + 1)) if entries else []
 
 
 def _style(picture: Picture, dark: bool) -> list[str]:
-    """Rules of the roles that are drawn."""
+    """Rules of the drawn roles."""
     palette = DARK if dark else LIGHT
     rules = [f".label {{ fill: {palette.ink}; stroke: {palette.paper} }}", f".dot {{ fill: {palette.ink} }}"]
     rules += [f".leader {{ stroke: {palette.faint} }}", f".note {{ fill: {palette.faint} }}"]
@@ -191,15 +183,15 @@ def _style(picture: Picture, dark: bool) -> list[str]:
 
 
 def _text(x: float) -> str:
-    """A number of pixels to a tenth, without a needless point or sign."""
-    found = f"{x:.1f}".removesuffix(".0")
-    return "0" if found == "-0" else found
+    """A number of pixels to a tenth, without trailing zero or negative zero."""
+    digits = f"{x:.1f}".removesuffix(".0")
+    return "0" if digits == "-0" else digits
 
 
-# Labels beside their points: none on another, near, and clear of what is drawn as far as there is room.
+# Labels near their points: without overlap, and clear of the drawing as far as possible.
 @dataclass(frozen=True)
 class Label:
-    """A text whose left end and middle are at (x, y) px, beside the point (anchor_x, anchor_y)."""
+    """A text whose left end and middle are at (x, y) px, for the point (anchor_x, anchor_y)."""
 
     text: str
     x: float
@@ -221,7 +213,7 @@ class Label:
 
 @cache
 def width(text: str) -> float:
-    """Return how wide a text is at most, px."""
+    """Return an upper bound of the width of a text, px."""
     return sum(map(_advance, text))
 
 
@@ -233,44 +225,44 @@ def _advance(character: str) -> float:
     return CAPITAL_ADVANCE if character.isupper() else ADVANCE
 
 
-def place_labels(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Label]:
-    """Return a label for each text beside its anchor, the first of (N, 2), clear of the boxes `drawn` (M, 4), px."""
-    found: list[Label] = []
-    placed = np.empty((len(texts), 8))  # of labels so far: box, anchor, end
+def place_labels(texts: Sequence[str], anchors: Array, obstacles: Array) -> list[Label]:
+    """Return a label for each text near its anchor, the first of (N, 2), clear of the boxes `obstacles` (M, 4)."""
+    labels: list[Label] = []
+    boxes = np.empty((len(texts), 8))  # of labels so far: box, anchor, end
     for k, (text, anchor) in enumerate(zip(texts, anchors, strict=False)):
-        found.append(_best(text, anchor, anchors, drawn, placed[:k]))
-        placed[k] = *found[k].box, found[k].anchor_x, found[k].anchor_y, *found[k].end
-    return found
+        labels.append(_best(text, anchor, anchors, obstacles, boxes[:k]))
+        boxes[k] = *labels[k].box, labels[k].anchor_x, labels[k].anchor_y, *labels[k].end
+    return labels
 
 
-def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Array) -> Label:
-    """The place of least cost; rings grow until one has room, since paper has no end."""
-    label = _within(text, anchor, anchors, drawn, others, range(PLENTY))
+def _best(text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Array) -> Label:
+    """The place of least cost; rings grow until one is free."""
+    label = _within(text, anchor, anchors, obstacles, labels, range(PLENTY))
     ring = PLENTY
     while label is None:
-        label = _within(text, anchor, anchors, drawn, others, range(ring, ring + 1))
+        label = _within(text, anchor, anchors, obstacles, labels, range(ring, ring + 1))
         ring += 1
     return label
 
 
 def _within(
-    text: str, anchor: Array, anchors: Array, drawn: Array, others: Array, rings: Sequence[int]
+    text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Array, rings: Sequence[int]
 ) -> Label | None:
-    """The first place of least cost in these rings; None where all are taken.
+    """The first place of least cost in these rings; None if all are occupied.
 
     Places are compared by what they cost at least, by their distance and what they cover, until no other can be best.
     """
     x, y, distance = _places(text, anchor, rings)
     boxes = np.stack([x, y - HEIGHT / 2, x + width(text), y + HEIGHT / 2], axis=1)
-    free = np.flatnonzero(_free(boxes, anchors, others))
-    least = distance[free] + COVERED * np.minimum(_near(boxes[free], drawn, 0.0, 0.0).sum(axis=1), 6.0)
+    free = np.flatnonzero(_free(boxes, anchors, labels))
+    least = distance[free] + COVERED * np.minimum(_near(boxes[free], obstacles, 0.0, 0.0).sum(axis=1), 6.0)
     cost = np.full(len(free), np.inf)
     order = np.argsort(least, kind="stable")
     for first in range(0, len(free), COMPARED):
         some = order[first : first + COMPARED]
         if least[some[0]] >= cost.min():
             break
-        cost[some] = least[some] + _crossings(anchor, boxes[free[some]], others)
+        cost[some] = least[some] + _crossings(anchor, boxes[free[some]], labels)
     if not len(free):
         return None
     k = int(free[np.flatnonzero(cost <= cost.min() + 1e-6)[0]])
@@ -278,7 +270,7 @@ def _within(
 
 
 def _places(text: str, anchor: Array, rings: Sequence[int]) -> tuple[Array, Array, Array]:
-    """Left ends and middles of a text around its point, and how far from it, px: ring by ring, (K,) each."""
+    """Left ends and middles of a text around its point, and distances from it, px: ring by ring, (K,) each."""
     angles = 2 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
     distance = np.repeat([FIRST * GROWTH**ring for ring in rings], DIRECTIONS)
     across, up = np.tile(np.cos(angles), len(rings)), np.tile(np.sin(angles), len(rings))
@@ -286,44 +278,41 @@ def _places(text: str, anchor: Array, rings: Sequence[int]) -> tuple[Array, Arra
     return anchor[0] + distance * across + shift, anchor[1] - distance * up, distance
 
 
-def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Return whether two boxes come nearer than the gap."""
-    return bool(_near(np.array([one]), np.array([other]))[0, 0])
+def overlap(box: Sequence[float], other: Sequence[float]) -> bool:
+    """Return whether two boxes are closer than the gap."""
+    return bool(_near(np.array([box]), np.array([other]))[0, 0])
 
 
-def _near(boxes: Array, others: Array, x: float = GAP, y: float = GAP / 2) -> BoolArray:
-    """Which of boxes (K, 4) come nearer to which of the others (N, 4) than x and y, px: (K, N)."""
-    across = (boxes[:, 0, None] < others[:, 2] + x) & (others[:, 0] < boxes[:, 2, None] + x)
-    near: BoolArray = across & (boxes[:, 1, None] < others[:, 3] + y) & (others[:, 1] < boxes[:, 3, None] + y)
-    return near
+def _near(boxes: Array, obstacles: Array, x: float = GAP, y: float = GAP / 2) -> BoolArray:
+    """Which of boxes (K, 4) are closer to which `obstacles` (N, 4) than x and y, px: (K, N)."""
+    across = (boxes[:, 0, None] < obstacles[:, 2] + x) & (obstacles[:, 0] < boxes[:, 2, None] + x)
+    return np.asarray(across & (boxes[:, 1, None] < obstacles[:, 3] + y) & (obstacles[:, 1] < boxes[:, 3, None] + y))
 
 
-def _free(boxes: Array, anchors: Array, others: Array) -> BoolArray:
+def _free(boxes: Array, anchors: Array, labels: Array) -> BoolArray:
     """Which boxes (K, 4) are clear of the points (M, 2) and of the labels (N, 8)."""
     points = np.concatenate([anchors, anchors], axis=1)
-    covered: BoolArray = np.concatenate([_near(boxes, points, GAP, 1.0), _near(boxes, others[:, :4])], axis=1)
-    free: BoolArray = np.logical_not(np.logical_or.reduce(covered, axis=1))
-    return free
+    covered: BoolArray = np.concatenate([_near(boxes, points, GAP, 1.0), _near(boxes, labels[:, :4])], axis=1)
+    return np.asarray(np.logical_not(np.logical_or.reduce(covered, axis=1)))
 
 
-def _crossings(anchor: Array, boxes: Array, others: Array) -> Array:
-    """What places of one label (K, 4) cost, px, by lines that cross each other or texts, beside the labels (N, 8)."""
+def _crossings(anchor: Array, boxes: Array, labels: Array) -> Array:
+    """Cost of places of a label (K, 4), px, from lines that cross each other, texts or other labels (N, 8)."""
     left, right = boxes[:, 0], boxes[:, 2]
     near = np.where(anchor[0] <= (left + right) / 2, left - GAP, right + GAP)
     ends = np.stack([near, (boxes[:, 1] + boxes[:, 3]) / 2], axis=1)
-    cost: Array = CROSSED * _cross(anchor, ends, others).sum(axis=1)
-    cost += HIDDEN * _run_through(np.broadcast_to(anchor, ends.shape), ends, others[:, :4]).sum(axis=1)
-    cost += HIDDEN * _run_through(others[:, 4:6], others[:, 6:], boxes).sum(axis=0)
+    cost: Array = CROSSED * _cross(anchor, ends, labels).sum(axis=1)
+    cost += HIDDEN * _run_through(np.broadcast_to(anchor, ends.shape), ends, labels[:, :4]).sum(axis=1)
+    cost += HIDDEN * _run_through(labels[:, 4:6], labels[:, 6:], boxes).sum(axis=0)
     return cost
 
 
-def _cross(anchor: Array, ends: Array, others: Array) -> BoolArray:
-    """Which lines from a point to the ends (K, 2) cross the lines of which labels (N, 8): (K, N)."""
-    starts, stops, b = others[:, 4:6], others[:, 6:], ends[:, None]
+def _cross(anchor: Array, ends: Array, labels: Array) -> BoolArray:
+    """Which lines from a point to the ends (K, 2) cross which label lines (N, 8): (K, N)."""
+    starts, stops, b = labels[:, 4:6], labels[:, 6:], ends[:, None]
     here = _side(anchor, b, starts) * _side(anchor, b, stops) < 0
     there = _side(starts, stops, anchor) * _side(starts, stops, b) < 0
-    crossed: BoolArray = here & there & np.logical_or.reduce(starts != anchor, axis=1)
-    return crossed
+    return np.asarray(here & there & np.logical_or.reduce(starts != anchor, axis=1))
 
 
 def _run_through(starts: Array, stops: Array, boxes: Array) -> BoolArray:
@@ -332,11 +321,10 @@ def _run_through(starts: Array, stops: Array, boxes: Array) -> BoolArray:
     x, y = points[..., 0, None], points[..., 1, None]
     left, top, right, bottom = (boxes[:, k] for k in range(4))
     inside = (left - 1 < x) & (x < right + 1) & (top < y) & (y < bottom)
-    found: BoolArray = np.logical_or.reduce(inside, axis=1)
-    return found
+    return np.asarray(np.logical_or.reduce(inside, axis=1))
 
 
 def _side(a: Array, b: Array, c: Array) -> Array:
-    """On which side of a line through a and b points c are, by the sign."""
-    found: Array = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-    return found
+    """The side of a line through a and b on which points c are, by the sign."""
+    side: Array = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    return side

@@ -13,12 +13,27 @@ from typing import Any
 
 from symoro_elastic.codegen.closed_form import closed_equations
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
+from symoro_elastic.codegen.notation import GREEK
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
 from symoro_elastic.codegen.package_context import count_text
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.pages.equations.mathml import mathml, pieces
 from symoro_elastic.symbolic.program import Section
 
+_TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|[0-9]+(?:\.[0-9]+)?|[+-] |[{}^_&]|[^\s{}^_&\\]")
+_BREAK = re.compile(r"\\begin|\\end|[{}]| (?=[+-] )")
+ACCENTS = {"dot": "&dot;", "ddot": "&Dot;", "bar": "&oline;"}
+ROWS = {"boldsymbol": "bf", "overline": "over"}
+FONTS = {"mathit": "it", "mathrm": "rm", "mathbf": "bf", "operatorname": "rm"}
+SPACE = '<mspace width="0.17em"/>'
+SIGNS = {
+    "=": "<mo>=</mo>",
+    "*": "<mo>&lowast;</mo>",
+    "-": '<mo form="prefix">&minus;</mo>',
+    "+ ": '<mo form="infix" lspace="0.22em" rspace="0.22em">+</mo>',
+    "- ": '<mo form="infix" lspace="0.22em" rspace="0.22em">&minus;</mo>',
+    ",": '<mo lspace="0em" rspace="0.1em">,</mo>',
+    "/": "<mo>/</mo>",
+}
 INNER = re.compile(r'<math displaystyle="true">(.*)</math>', re.DOTALL)
 TAG = re.compile(r"<(/?)m\w+[^>]*?(/?)>")
 COMPOSED = re.compile(r"<(msub|msup|msubsup|mover|mrow)\b.*</\1>", re.DOTALL)
@@ -33,9 +48,147 @@ CONVENTIONS = (
 OF_LOOPS = " Equations (L1) to (L42) are those of couplings and closed loops: docs/loop_equations.md."
 
 
+def mathml(latex: str) -> str:
+    """Return one `<math>` element; raise `ValueError` for LaTeX that `codegen.latex` does not write."""
+    return f'<math displaystyle="true">{_Reader(latex).everything()}</math>' if latex else ""
+
+
+def pieces(latex: str) -> Iterator[str]:
+    """Return `<math>` elements of the terms of a sum, between which a page can break the line."""
+    depth, start = 0, 0
+    for match in _BREAK.finditer(latex):
+        depth += (match[0] in ("{", r"\begin")) - (match[0] in ("}", r"\end"))
+        if match[0] == " " and depth == 0:
+            yield mathml(latex[start : match.start()])
+            start = match.end()
+    yield mathml(latex[start:])
+
+
+class _Reader:
+    def __init__(self, latex: str) -> None:
+        self.latex = latex
+        self.tokens = _TOKEN.findall(latex)
+        self.position = 0
+
+    def everything(self) -> str:
+        row = self.row()
+        if self.position < len(self.tokens):
+            raise self.error_here()
+        return row
+
+    def error_here(self) -> ValueError:
+        return ValueError(f"{self.peek()!r} is not expected in {self.latex!r}")
+
+    def peek(self) -> str:
+        return self.tokens[self.position] if self.position < len(self.tokens) else ""
+
+    def take(self, wanted: str = "") -> str:
+        token = self.peek()
+        if not token or (wanted and token != wanted):
+            raise self.error_here()
+        self.position += 1
+        return token
+
+    def row(self, *ends: str) -> str:
+        items = []
+        while self.peek() and self.peek() not in ends:
+            items.append(self.with_scripts())
+        return "".join(items)
+
+    def with_scripts(self) -> str:
+        """Return an item with its superscript and subscript."""
+        applied = self.peek() in (r"\sin", r"\cos")
+        base = self.item()
+        scripts: dict[str, str] = {}
+        while self.peek() in ("^", "_"):
+            place = self.take()
+            scripts[place] = self.group()
+        gap = SPACE if applied and self.peek() != "(" else ""
+        if not scripts:
+            return base + gap
+        tag = "msubsup" if len(scripts) == 2 else "msub" if "_" in scripts else "msup"
+        return f"<{tag}>{base}{scripts.get('_', '')}{scripts.get('^', '')}</{tag}>{gap}"
+
+    def group(self) -> str:
+        """Return the group in braces, as one element."""
+        self.take("{")
+        content = self.row("}")
+        self.take("}")
+        return f"<mrow>{content}</mrow>"
+
+    def word(self) -> str:
+        """Letters in braces."""
+        self.take("{")
+        letters = []
+        while self.peek() != "}":
+            letters.append(self.take().removeprefix("\\"))
+        self.take("}")
+        return escape("".join(letters))
+
+    def item(self) -> str:
+        if self.peek() == "{":
+            return self.group()
+        token = self.take()
+        if token[0].isdigit():
+            return f"<mn>{token}</mn>"
+        if token[0].isalpha():
+            return f"<mi>{token}</mi>"
+        if token[0] == "\\":
+            return self.command(token[1:])
+        if token in "()[]":
+            return f'<mo stretchy="false">{token}</mo>'
+        if token in SIGNS:
+            return SIGNS[token]
+        self.position -= 1
+        raise self.error_here()
+
+    def command(self, name: str) -> str:
+        if name == ",":
+            return SPACE
+        if name in GREEK or name == "pi":
+            return f'<mi class="rm">&{name};</mi>' if name[0].isupper() else f"<mi>&{name};</mi>"
+        if name in ACCENTS:
+            return f'<mover accent="true">{self.group()}<mo>{ACCENTS[name]}</mo></mover>'
+        if name in FONTS:
+            return f'<mi class="{FONTS[name]}">{self.word()}</mi>'
+        if name == "mathcal":
+            return f"<mi>&{self.word()}scr;</mi>"
+        if name in ROWS:
+            return f'<mrow class="{ROWS[name]}">{self.group()}</mrow>'
+        if name in ("sin", "cos", "min", "max"):
+            return f'<mi class="rm">{name}</mi>'
+        if name == "cdot":
+            return "<mo>&middot;</mo>"
+        if name == "partial":
+            return "<mi>&part;</mi>"
+        if name == "frac":
+            return f"<mfrac>{self.group()}{self.group()}</mfrac>"
+        if name == "sqrt":
+            return f"<msqrt>{self.group()}</msqrt>"
+        if name == "begin":
+            return self.table()
+        self.position -= 1
+        raise self.error_here()
+
+    def table(self) -> str:
+        """Return a matrix in brackets."""
+        self.word()
+        rows: list[list[str]] = [[]]
+        while True:
+            rows[-1].append(self.row("&", r"\\", r"\end"))
+            mark = self.take()
+            if mark == r"\end":
+                break
+            if mark == r"\\":
+                rows.append([])
+        self.word()
+        cells = "".join("<mtr>" + "".join(f"<mtd>{cell}</mtd>" for cell in row) + "</mtr>" for row in rows)
+        return f"<mrow><mo>(</mo><mtable>{cells}</mtable><mo>)</mo></mrow>"
+
+
 @dataclass(frozen=True)
 class Markup:
-    """How a kind of document writes text, a formula, and the right side of an equation."""
+    """Rules of a kind of document for text, formulas, and right-hand sides."""
 
     text: Callable[[str], str]
     math: Callable[[str], str]
@@ -56,16 +209,12 @@ _TEX_SIGNS = {
 
 
 def tex_text(text: str) -> str:
-    """Return text escaped for LaTeX; characters that its usual fonts lack become question marks."""
+    """Return text escaped for LaTeX; characters without a glyph in its usual fonts become question marks."""
     return "".join(_TEX_SIGNS.get(c, c if c.isprintable() and ord(c) < 0x180 else "?") for c in text)
 
 
-def _sum_of_pieces(latex: str) -> str:
-    return "<wbr>".join(pieces(latex))
-
-
 TEX = Markup(tex_text, str, str, "${}$".format, r"\textsuperscript{{{}}}")
-HTML = Markup(escape, mathml, _sum_of_pieces, mathml, "<sup>{}</sup>")
+HTML = Markup(escape, mathml, lambda latex: "<wbr>".join(pieces(latex)), mathml, "<sup>{}</sup>")
 
 
 def latex_document(package: Package, *functions: Function) -> str:
@@ -74,7 +223,7 @@ def latex_document(package: Package, *functions: Function) -> str:
 
 
 def latex_equations(package: Package, function: Function) -> str:
-    """Return the equations as one array of LaTeX, those written out where they are short, as notebooks show it."""
+    """Return the equations as one array of LaTeX for notebooks, written out if they are short."""
     solved = solution(package, function)
     steps = [e for stretch in (*solved.once, *solved.steps) for e in stretch.equations]
     lines = closed_equations(package, function, solved.notation) or [*steps, *solved.results]
@@ -90,7 +239,7 @@ def html_page(package: Package, *functions: Function, picture: str = "") -> str:
 def _document(
     template: str, parts: str, package: Package, functions: Sequence[Function], markup: Markup, **more: str
 ) -> str:
-    """Return a document with the parts of each function; names of places begin with its name where there are more."""
+    """Return a document with the parts of functions; names of places begin with the function's name if several."""
     prefixes = [f"{function.name}-" for function in functions] if len(functions) > 1 else [""]
     models = [content(package, function, markup, p) for function, p in zip(functions, prefixes, strict=True)]
     written = [{**model, "parts": render(parts, **model).strip("\n")} for model in models]
@@ -99,11 +248,11 @@ def _document(
 
 
 def content(package: Package, function: Function, markup: Markup, prefix: str = "") -> dict[str, Any]:
-    """Return what the templates print of a function; names of places on a page begin with `prefix`."""
+    """Return the data of a function for the templates; names of places on a page begin with `prefix`."""
     solved = solution(package, function)
     chapters = _chapters(solved, package, markup, prefix)
     short = closed_equations(package, function, solved.notation)
-    found = {
+    context = {
         "prefix": prefix,
         "title": markup.text(f"{package.name}: {function.title}"),
         "summary": [markup.text(line) for line in _summary(package, function)],
@@ -115,7 +264,7 @@ def content(package: Package, function: Function, markup: Markup, prefix: str = 
         "cost": markup.text(f"Computed by the equations below: {_counts(function)}."),
         "chapters": chapters,
     }
-    return with_links(found, prefix) if markup is HTML else found
+    return with_links(context, prefix) if markup is HTML else context
 
 
 def _summary(package: Package, function: Function) -> list[str]:
@@ -124,7 +273,7 @@ def _summary(package: Package, function: Function) -> list[str]:
 
 
 def _counts(function: Function) -> str:
-    """Operations of a call, and those of each parameter set."""
+    """Operations of a call, and those of the parameter sets."""
     program = function.program
     once = f"; {count_text(program.count_once)} once for each parameter set" if program.once else ""
     return f"{count_text(program.count)} a call{once}"
@@ -166,7 +315,7 @@ def _stretch(stretch: Stretch, before: str, package: Package, markup: Markup) ->
 def _joints(
     package: Package, solved: Solution, chapters: Sequence[dict[str, Any]], markup: Markup
 ) -> list[dict[str, Any]]:
-    """Number, name, kind and variable of each joint, with links to its equations."""
+    """Numbers, names, kinds and variables of the joints, with links to their equations."""
     axes = {axis.name: axis for axis in (*package.axes, *(package.dependent or ()))}
     kinds = dict(package.following) | {axis.name: axis.kind for axis in package.axes}
     kinds |= {axis.name: f"{axis.kind}, given by a loop" for axis in package.dependent or ()}
@@ -183,8 +332,7 @@ def _joints(
                 "variable": markup.math(solved.notation[variable]) if axis else "",
                 "unit": unit,
                 "links": [
-                    {"anchor": found[0]["anchor"], "count": sum(len(s["lines"]) for s in found)} if found else {}
-                    for found in links
+                    {"anchor": x[0]["anchor"], "count": sum(len(s["lines"]) for s in x)} if x else {} for x in links
                 ],
             }
         )
@@ -221,7 +369,7 @@ def _parameters(package: Package, function: Function, solved: Solution, markup: 
 
 
 def _value(parameter: ParameterValue, markup: Markup) -> str:
-    """` = 2.5 kg`; the unit alone, in brackets, where there is no value."""
+    """Return ` = 2.5 kg`; without a value the unit alone, in brackets."""
     unit = _with_units(parameter.unit, markup)
     if math.isnan(parameter.value):
         return f" ({unit})" if unit else ""
@@ -247,7 +395,7 @@ def with_links(content: Content, prefix: str) -> Content:
         line["anchor"] = f"{prefix}written{k}"
     for k, parameter in enumerate(content["parameters"], start=1):
         parameter["anchor"] = f"{prefix}parameter{k}"
-    defined = {symbol: one["anchor"] for one in content["parameters"] if (symbol := _symbol(one["symbol"]))}
+    defined = {symbol: x["anchor"] for x in content["parameters"] if (symbol := _symbol(x["symbol"]))}
     defined |= {symbol: line["anchor"] for line in lines if (symbol := _symbol(line["left"]))}
     for line in (*lines, *content["short"]):
         line["right"] = link_symbols(line["right"], defined)
@@ -265,15 +413,15 @@ def link_symbols(formula: str, defined: Mapping[str, str]) -> str:
 
 
 def _elements(formula: str) -> list[tuple[int, int]]:
-    """Where elements begin and end, in the order in which they begin."""
-    found: list[tuple[int, int]] = []
+    """Begin and end of elements, in order of their begin."""
+    elements: list[tuple[int, int]] = []
     opened: list[int] = []
     for tag in TAG.finditer(formula):
         if tag[1]:
-            found.append((opened.pop(), tag.end()))
+            elements.append((opened.pop(), tag.end()))
         elif not tag[2]:
             opened.append(tag.start())
-    return sorted(found)
+    return sorted(elements)
 
 
 def _equation_lines(content: Content) -> Iterator[dict[str, str]]:
@@ -284,6 +432,6 @@ def _equation_lines(content: Content) -> Iterator[dict[str, str]]:
 
 
 def _symbol(math: str) -> str:
-    """The MathML of a symbol that is one element of several, as others stand within words; else empty."""
-    found = INNER.fullmatch(math)
-    return found[1] if found and COMPOSED.fullmatch(found[1]) else ""
+    """The MathML of a symbol of an element, as in words; else empty."""
+    match = INNER.fullmatch(math)
+    return match[1] if match and COMPOSED.fullmatch(match[1]) else ""

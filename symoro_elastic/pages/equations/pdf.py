@@ -7,11 +7,10 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
-from symoro_elastic.foundation.output_files import fill_folder, write_file
+from symoro_elastic.foundation.output_files import fill_folder, temporary_folder, write_file
 
 INSTEAD = "use --format latex or html"
 QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")
@@ -31,18 +30,18 @@ def pdf(tex: str, path: Path) -> Path:
     Raises `InputError`.
     """
     engine = find_engine(str(path))
-    with TemporaryDirectory(prefix="symoro-elastic-") as folder:
+    with temporary_folder() as folder:
         fill_folder(Path(folder), {"equations.tex": tex})
-        made = Path(folder, "equations.pdf")
+        compiled = Path(folder, "equations.pdf")
         log = _compile(engine, folder)
-        if not is_plain_file(made):
+        if not is_plain_file(compiled):
             raise InputError(str(path), "pdf", f"{engine} failed{_reason(log)}: {INSTEAD}")
-        write_file(read_file(made), path)
+        write_file(read_file(compiled), path)
     return path
 
 
 def find_engine(source: str) -> str:
-    """Return the first LaTeX engine that is installed; raises `InputError` where there is none."""
+    """Return the first installed LaTeX engine; raises `InputError` without one."""
     engine = next((name for name in ENGINES if shutil.which(name)), None)
     if engine is None:
         raise InputError(source, "pdf", f"no LaTeX is installed ({', '.join(ENGINES)}): {INSTEAD}")
@@ -75,5 +74,5 @@ def _compile(engine: str, folder: str) -> str:
 
 def _reason(log: str) -> str:
     """The first error of a log, in brackets."""
-    found = re.search(r"^(?:!|error:) *(.+)", log, re.MULTILINE)
-    return f" ({found[1].strip()})" if found else ""
+    match = re.search(r"^(?:!|error:) *(.+)", log, re.MULTILINE)
+    return f" ({match[1].strip()})" if match else ""

@@ -1,1 +1,1 @@
-"""The page that follows a machine file: it shows what is saved, and writes back single cells."""
+"""The page that follows a machine file: it shows the saved file, and writes back single cells."""

@@ -1,1 +1,1 @@
-"""One page about a machine: picture, table, modes, responses, what a scene requires, counts, accuracy, equations."""
+"""One page about a machine: picture, table, modes, responses, requirements of a scene, counts, accuracy, equations."""

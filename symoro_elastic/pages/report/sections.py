@@ -13,11 +13,9 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.control.control import control_at
-from symoro_elastic.analysis.control.tuning import USUAL
-from symoro_elastic.analysis.ladder.climbed import Ladder
-from symoro_elastic.analysis.vibration.energies import strain_shares
+from symoro_elastic.analysis.ladder.rungs import Ladder
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
-from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid
+from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid, strain_shares
 from symoro_elastic.analysis.vibration.plots import bode
 from symoro_elastic.analysis.vibration.point_stiffness import point_stiffnesses
 from symoro_elastic.analysis.vibration.responses import Response, frequency_grid, frequency_response
@@ -30,18 +28,18 @@ from symoro_elastic.foundation.progress import Announce, Progress, announce_noth
 from symoro_elastic.foundation.results import Part, Result, Table, as_html
 from symoro_elastic.generation.pipeline import operation_counts, programs, verify, warnings_of
 from symoro_elastic.machine.described import DescribedMachine, drives_of
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import bodies_table, drives_table, limits_table, machine_table, parameter_lines
-from symoro_elastic.models.joint_axes import placed_machine
-from symoro_elastic.numerics.grouping import base_parameters
+from symoro_elastic.models.bound.joint_axes import placed_machine
+from symoro_elastic.numerics.linear.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.verification.verify import Verification
 from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines
-from symoro_elastic.pages.drawing.figure import figure_of
-from symoro_elastic.pages.drawing.placements import Placements, placements_of
+from symoro_elastic.pages.drawing.figure import Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.svg import joint_counts, picture_of, svg
 from symoro_elastic.pages.drawing.vibrations import full_shapes
 from symoro_elastic.pages.equations.page import HTML, content
@@ -63,12 +61,12 @@ MOST_RESPONSES, MOST_OPENED, MOST_WARNINGS = 4, 20, 5
 PLOTTED = 1000
 """Frequencies of a plot of responses, two for each of its pixels."""
 MOST_JOINTS = 60
-"""Rows of a machine that a page has accuracy and equations of: those of 100 take minutes and 90 MB."""
+"""Rows of a machine that a page has accuracy and equations of: 100 need minutes and 90 MB."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """What a report is about: a machine restricted to a scene, and the ladder of its motions where one was climbed."""
+    """The subject of a report: a machine restricted to a scene, and the ladder of its motions if there is one."""
 
     machine: DescribedMachine
     ladder: Ladder | None = None
@@ -85,29 +83,29 @@ class Subject:
 
     @cached_property
     def modal(self) -> Modes:
-        """The modes with all motors held; with free ones where nothing else moves."""
-        held = [self.linear.motion.names[k] for k in self.linear.motion.motors]
-        kept = with_motors(self.linear, held) if held else self.linear
+        """The modes with all motors held; with free ones if nothing else moves."""
+        locked = [self.linear.motion.names[k] for k in self.linear.motion.motors]
+        linear = with_motors(self.linear, locked) if locked else self.linear
         try:
-            refuse_rigid(kept)
+            refuse_rigid(linear)
         except InputError:
-            kept = self.linear
-        return modes(kept)
+            linear = self.linear
+        return modes(linear)
 
     @cached_property
     def tool(self) -> Response:
-        """The response of the tool along forces on it, motors held; raises `InputError` where nothing yields."""
+        """The response of the tool along forces on it, motors held; raises `InputError` for a rigid one."""
         machine = with_values(self.machine, self.values) if self.values else self.machine
         frame, linear = _tool(machine), self.linear
         ins, outs = ([f"{frame}.{prefix}{axis}" for axis in "xyz"] for prefix in ("f", ""))
-        held = [linear.motion.names[k] for k in linear.motion.motors]
-        pushed = with_motors(linearize(linear.motion, linear.state, ins, outs), held)
-        found = frequency_response(pushed, frequency_grid(pushed))
-        return replace(found, stiffnesses=point_stiffnesses(pushed, found))
+        locked = [linear.motion.names[k] for k in linear.motion.motors]
+        pushed = with_motors(linearize(linear.motion, linear.state, ins, outs), locked)
+        response = frequency_response(pushed, frequency_grid(pushed))
+        return replace(response, stiffnesses=point_stiffnesses(pushed, response))
 
     @cached_property
     def placements(self) -> Placements:
-        """Where the frames of the pictures are."""
+        """Placements of the frames in pictures."""
         return placements_of(self.machine)
 
     @cached_property
@@ -118,7 +116,7 @@ class Subject:
         return operation_counts(self.machine, Scene(models=counted))
 
     @cached_property
-    def verified(self) -> Verification:
+    def verification(self) -> Verification:
         """Direct and inverse dynamics compared with 50 digits; raises `InputError` for large machines."""
         refuse_large(self.machine, "symoro-elastic check compares the code of larger machines")
         scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
@@ -126,8 +124,8 @@ class Subject:
 
 
 def sections(subject: Subject) -> Iterator[Section]:
-    """Return the sections in their order; what cannot be computed says why."""
-    made = (
+    """Return the sections in order; a failed one contains the reason."""
+    makers = (
         ("summary", "Summary", _summary),
         ("machine", "Machine", _machine),
         ("modes", "Modes", _modes),
@@ -139,22 +137,22 @@ def sections(subject: Subject) -> Iterator[Section]:
         ("accuracy", "Accuracy", _accuracy),
         ("equations", "Equations", _equations),
     )
-    for anchor, title, make in made:
+    for anchor, title, make in makers:
         if {"scene": subject.ladder, "drives": drives_of(subject.machine)}.get(anchor, True):
             subject.announce(title.lower())
             yield section(anchor, title, partial(make, subject))
 
 
 def _summary(subject: Subject) -> Iterator[str]:
-    """What most readers look for, a line each; what cannot be computed says why."""
-    made = (
+    """Key results, a line each; a failed one contains the reason."""
+    makers = (
         ("First vibration", _first_vibration),
         ("Stiffness at rest", _static_stiffness),
         ("Cost of a call", _cost),
         ("Accuracy", _worst_error),
         ("Warnings", _warnings),
     )
-    rows = "".join(f"<dt>{title}</dt><dd>{escape(_or_why(make, subject))}</dd>" for title, make in made)
+    rows = "".join(f"<dt>{title}</dt><dd>{escape(_or_why(make, subject))}</dd>" for title, make in makers)
     yield f'<dl class="summary">{rows}</dl>'
 
 
@@ -172,11 +170,11 @@ def _first_vibration(subject: Subject) -> str:
 
 def _static_stiffness(subject: Subject) -> str:
     _refuse_stiff(subject, "so nothing yields")
-    found = subject.tool.stiffnesses
-    held = [one for one in found if np.isfinite(one.static)]
-    if not held:
+    stiffnesses = subject.tool.stiffnesses
+    bounded = [stiffness for stiffness in stiffnesses if np.isfinite(stiffness.static)]
+    if not bounded:
         return f"{_tool(subject.machine)} yields in no direction, or is held in none"
-    softest = max(held, key=lambda one: one.static)
+    softest = max(bounded, key=lambda stiffness: stiffness.static)
     return softest.sentence.partition(";")[0]
 
 
@@ -185,22 +183,23 @@ def _cost(subject: Subject) -> str:
 
 
 def _worst_error(subject: Subject) -> str:
-    found = subject.verified
-    worst = max((max(one.numpy.moderate, one.c.moderate if one.c else 0.0) for one in found.models), default=0.0)
-    verdict = "every error is within its bound" if found.ok else "an error is out of its bound"
+    verification = subject.verification
+    models = verification.models
+    worst = max((max(x.numpy.moderate, x.c.moderate if x.c else 0.0) for x in models), default=0.0)
+    verdict = "every error is within its bound" if verification.ok else "an error is out of its bound"
     return f"worst relative error of generated code at moderate states {worst:.1e}; {verdict}"
 
 
 def _warnings(subject: Subject) -> str:
-    found = warnings_of(subject.machine)
-    return "; ".join(found[:MOST_WARNINGS]) + ("; ..." if len(found) > MOST_WARNINGS else "") or "none"
+    warnings = warnings_of(subject.machine)
+    return "; ".join(warnings[:MOST_WARNINGS]) + ("; ..." if len(warnings) > MOST_WARNINGS else "") or "none"
 
 
 def _tool(machine: Machine) -> str:
     """The frame called tool, else the last one without a variable, else the last one."""
     names = [joint.name for joint in machine.joints]
     fixed = [joint.name for joint in machine.joints if joint.variable is None]
-    return "tool" if "tool" in names else (fixed or names)[-1]
+    return "tool" if "tool" in FrameNames(machine).own else (fixed or names)[-1]
 
 
 def _refuse_stiff(subject: Subject, so: str) -> None:
@@ -210,11 +209,11 @@ def _refuse_stiff(subject: Subject, so: str) -> None:
 
 def _stiffness(subject: Subject) -> Iterator[str]:
     _refuse_stiff(subject, "so nothing yields")
-    found = subject.tool
-    if not found.stiffnesses:
-        raise InputError(subject.machine.label, found.inputs[0].rpartition(".")[0], "a force on it moves nothing")
-    yield from (paragraph(one.sentence) for one in found.stiffnesses)
-    for name, plot in found.plots().all.items():
+    response = subject.tool
+    if not response.stiffnesses:
+        raise InputError(subject.machine.label, response.inputs[0].rpartition(".")[0], "a force on it moves nothing")
+    yield from (paragraph(stiffness.sentence) for stiffness in response.stiffnesses)
+    for name, plot in response.plots().all.items():
         if name.startswith("stiffness_") and isinstance(plot, Plot):
             yield image(picture(plot.figure(), "svg"), plot.title, "", "plot")
 
@@ -224,8 +223,9 @@ def _machine(subject: Subject) -> Iterator[str]:
     yield machine_image(subject.placements)
     yield from (paragraph(note) for note in machine.origin.notes)
     yield block(machine_table(machine, "Geometric parameters, bodies and springs", with_units=True))
-    placed = placed_machine(machine, {})
-    yield block(axes_table(placed, "Origins and axes in frame 0"))
+    yield paragraph(machine.gravity_in_words)
+    placement = placed_machine(machine, {})
+    yield block(axes_table(placement, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
     if (limited := limits_table(machine, "Limits")).rows:
         yield block(limited)
@@ -235,20 +235,20 @@ def _machine(subject: Subject) -> Iterator[str]:
         values = "".join(map(paragraph, parameter_lines(machine)))
         yield collapsible("Parameters", [f'<div class="columns">{values}</div>'], opened=True)
     if machine.is_coupled:
-        yield from map(paragraph, closed_chain_lines(closed_chain(machine, placed)))
+        yield from map(paragraph, closed_chain_lines(closed_chain(machine, placement)))
     base = base_parameters(machine)
     formulas = [paragraph(f"{name} = {x}") for name, x in {**base.parts, **base.formulas}.items()]
     if formulas:
-        shown = [f'<div class="columns">{"".join(formulas)}</div>']
-        yield collapsible(f"{len(formulas)} base inertial parameters", shown, opened=len(formulas) <= MOST_OPENED)
+        parts = [f'<div class="columns">{"".join(formulas)}</div>']
+        yield collapsible(f"{len(formulas)} base inertial parameters", parts, opened=len(formulas) <= MOST_OPENED)
     else:
         yield paragraph(f"Base inertial parameters: {base.check}")
 
 
 def _modes(subject: Subject) -> Iterator[str]:
     _refuse_stiff(subject, "so nothing vibrates")
-    if held := subject.modal.linear.held:
-        yield paragraph(f"Held: {', '.join(held)}.")
+    if locked := subject.modal.linear.held:
+        yield paragraph(f"Held: {', '.join(locked)}.")
     yield from blocks_of(subject.modal)
     yield f'<div class="pictures">{"".join(mode_images(subject.modal, subject.placements))}</div>'
 
@@ -258,22 +258,22 @@ def _responses(subject: Subject) -> Iterator[str]:
     if not linear.inputs:
         raise InputError(subject.machine.label, "motors", "there is none, so no response to show")
     _refuse_stiff(subject, "so nothing resonates")
-    shown = replace(linear, F=linear.F[:, :MOST_RESPONSES], inputs=linear.inputs[:MOST_RESPONSES])
-    found = frequency_response(shown, frequency_grid(linear, points=PLOTTED))
-    for j, name in enumerate(found.inputs):
-        drawn = picture(bode(found, j).figure(), "svg")
-        described = f"Magnitude and phase of {', '.join(found.outputs)} over {name}"
-        yield image(drawn, described, f"Input: {name}", "plot")
+    limited = replace(linear, F=linear.F[:, :MOST_RESPONSES], inputs=linear.inputs[:MOST_RESPONSES])
+    response = frequency_response(limited, frequency_grid(linear, points=PLOTTED))
+    for j, name in enumerate(response.inputs):
+        image_data = picture(bode(response, j).figure(), "svg")
+        described = f"Magnitude and phase of {', '.join(response.outputs)} over {name}"
+        yield image(image_data, described, f"Input: {name}", "plot")
     if len(linear.inputs) > MOST_RESPONSES:
         yield paragraph(f"The other {len(linear.inputs) - MOST_RESPONSES}: symoro-elastic response")
 
 
 def _drives(subject: Subject) -> Iterator[str]:
-    """Margins and what limits each gain about the equilibrium, for the damping that the machine has."""
+    """Margins and limits of the gains about the equilibrium, for the damping of the machine."""
     motion = subject.linear.motion
-    found = control_at(motion, [({}, subject.linear.state)], USUAL)
-    yield from blocks_of(found)
-    for plot in found.plots().all.values():
+    result = control_at(motion, [({}, subject.linear.state)])
+    yield from blocks_of(result)
+    for plot in result.plots().all.values():
         if isinstance(plot, Plot):
             yield image(picture(plot.figure(), "svg"), plot.title, "", "plot")
 
@@ -281,8 +281,8 @@ def _drives(subject: Subject) -> Iterator[str]:
 def _scene(subject: Subject) -> Iterator[str]:
     assert subject.ladder
     yield from blocks_of(subject.ladder)
-    drawn = picture(subject.ladder.plot("rungs"), "svg")
-    yield image(drawn, "Error of each rung, predicted and measured", "Errors of the rungs", "plot")
+    image_data = picture(subject.ladder.plot("rungs"), "svg")
+    yield image(image_data, "Error of each rung, predicted and measured", "Errors of the rungs", "plot")
 
 
 def _counts(subject: Subject) -> Iterator[str]:
@@ -297,7 +297,7 @@ def _counts(subject: Subject) -> Iterator[str]:
 
 
 def _accuracy(subject: Subject) -> Iterator[str]:
-    yield from blocks_of(subject.verified)
+    yield from blocks_of(subject.verification)
 
 
 def _equations(subject: Subject) -> Iterator[str]:
@@ -306,22 +306,22 @@ def _equations(subject: Subject) -> Iterator[str]:
 
 
 def refuse_large(machine: Machine, instead: str) -> None:
-    """Raise `InputError` for a machine of more rows than a page has equations of; `instead` is the way out."""
+    """Raise `InputError` for a machine of too many rows for a page of equations; `instead` is the way out."""
     if len(machine.joints) > MOST_JOINTS:
         raise machine.error("joints", f"{len(machine.joints)}, and this section is for up to {MOST_JOINTS}: {instead}")
 
 
 def equation_blocks(machine: Machine) -> Iterator[str]:
-    """Return A(q) and H(q, qd) written out where they are short, and the recursions step by step."""
+    """Return A(q) and H(q, qd) written out if they are short, and the recursions step by step."""
     textbook = [_content(machine, name) for name in TEXTBOOK]
-    if all(one["short"] for one in textbook) and sum(len(one["short"]) for one in textbook) <= MOST_LINES:
+    if all(x["short"] for x in textbook) and sum(len(x["short"]) for x in textbook) <= MOST_LINES:
         yield paragraph("A(q) qdd + H(q, qd) = the torques of motors, springs and dampers:")
-        yield from (render("html/written_out.html.j2", **one) for one in textbook)
+        yield from (render("html/written_out.html.j2", **equation) for equation in textbook)
     else:
         yield paragraph("A(q) and H(q, qd) are long for this machine, and computed step by step.")
     for name in (*TEXTBOOK, *RECURSIONS):
-        one = _content(machine, name)
-        yield collapsible(one["title"], [render("html/equation_parts.html.j2", **one)])
+        context = _content(machine, name)
+        yield collapsible(context["title"], [render("html/equation_parts.html.j2", **context)])
 
 
 def _content(machine: Machine, model: str) -> dict[str, Any]:
@@ -330,7 +330,7 @@ def _content(machine: Machine, model: str) -> dict[str, Any]:
 
 
 def machine_image(placements: Placements) -> str:
-    """Return the picture of a machine where its joints are at zero and its springs neutral."""
+    """Return the picture of a machine with joints at zero and neutral springs."""
     figure = figure_of(placements, placements.start)
     return image(svg(picture_of(figure)), f"{placements.machine.name}: {joint_counts(figure)}")
 
@@ -359,7 +359,7 @@ class Section:
 
 
 def section(anchor: str, title: str, make: Callable[[], Iterable[str]]) -> Section:
-    """Return a section; what cannot be computed is replaced by a line with the reason."""
+    """Return a section; on failure with a line of the reason."""
     try:
         blocks = tuple(make())
     except InputError as error:
@@ -373,7 +373,7 @@ def blocks_of(result: Result) -> list[str]:
 
 
 def block(part: Part) -> str:
-    """Return a sentence or a table; a table that is too wide moves sideways within its block."""
+    """Return a sentence or a table; a table that is too wide scrolls within its block."""
     if isinstance(part, Table):
         name = escape(part.title or "table", quote=True)
         return (
@@ -383,7 +383,7 @@ def block(part: Part) -> str:
 
 
 def shorten_numbers(table: str) -> str:
-    """Return a table with numbers of many digits to six of them; the file has them all."""
+    """Return a table with numbers shortened to six digits."""
     return MANY_DIGITS.sub(lambda number: f"{float(number[0]):.6g}", table)
 
 
@@ -393,7 +393,7 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def image(svg: str | bytes, described: str, caption: str = "", kind: str = "machine") -> str:
-    """Return a picture within the page, described for those who do not see it; `kind` is its class of styles."""
+    """Return a picture within the page, with a description for screen readers; `kind` is its class of styles."""
     data = base64.b64encode(svg if isinstance(svg, bytes) else svg.encode("utf-8")).decode("ascii")
     below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
     source = f"data:image/svg+xml;base64,{data}"
@@ -401,13 +401,13 @@ def image(svg: str | bytes, described: str, caption: str = "", kind: str = "mach
 
 
 def collapsible(title: str, blocks: Sequence[str], opened: bool = False) -> str:
-    """Return blocks under a title that opens and closes them; those that are open are printed."""
+    """Return blocks under a title that opens and closes them; open ones are printed."""
     state = " open" if opened else ""
     return f"<details{state}><summary>{escape(title)}</summary>{''.join(blocks)}</details>"
 
 
 def report_page(subject: Subject) -> str:
-    """Return the page as HTML: nothing is loaded from elsewhere, and names of the machine are text in it."""
-    made = list(sections(subject))
+    """Return the page as HTML: nothing is loaded from elsewhere, and names of the machine are escaped."""
+    parts = list(sections(subject))
     title, headline = escape(subject.machine.name), escape(subject.machine.headline.partition(": ")[2])
-    return render("report/report.html.j2", title=title, headline=headline, sections=made)
+    return render("report/report.html.j2", title=title, headline=headline, sections=parts)

@@ -31,16 +31,41 @@ ELEMENTS: tuple[Element, ...] = (
 
 @pytest.mark.parametrize("one", ELEMENTS, ids=lambda one: one.name)
 def test_slopes_are_those_of_the_response(one: Element) -> None:
-    """d ln P/d ln p against a difference of fourth order, whose own error is some 1e-12."""
-    key = "frequency" if isinstance(one, Biquad) else "time"
-    s, value, step = laplace(np.array([1.0, 37.0, 119.0, 900.0])), getattr(one, key), 1e-4
+    """d P/d ln p of each number against a difference of fourth order, whose own error is some 1e-12."""
+    s, step = laplace(np.array([1.0, 37.0, 119.0, 900.0])), 1e-4
+    slopes = Cascade("m", 20.0, 3.0, np.inf, (one,)).slopes(lambda changed: changed.path_at(s))
+    assert slopes.keys() == {"m, Kv", "m, Kp", *(f"m, {label}" for label in one.labels.values())}
+    for key, label in one.labels.items():
+        near, far = (
+            replace(one, **{key: getattr(one, key) * np.exp(h)}).at(s)
+            - replace(one, **{key: getattr(one, key) * np.exp(-h)}).at(s)
+            for h in (step, 2 * step)
+        )
+        assert np.allclose(slopes[f"m, {label}"], (8 * near - far) / (12 * step), rtol=1e-9, atol=1e-11)
 
-    def at(factor: float) -> np.ndarray:
-        changed = type(one)(**{**vars(one), key: value * np.exp(factor)})
-        return np.log(changed.at(s))
 
-    near, far = at(step) - at(-step), at(2 * step) - at(-2 * step)
-    assert np.allclose(one.slope(s), (8 * near - far) / (12 * step), rtol=1e-9, atol=1e-11)
+def test_slopes_by_parameters_are_complete() -> None:
+    """A name in a gain, a filter, a time and a winding: one entry, beside those of the parts they make."""
+    notch = Notch(Formula.parse("f"), Formula.parse("d/2"), Formula.parse("0.5*cos(d)"))
+    times = {"dead_time": Formula.parse("T"), "period": Formula.parse("T")}
+    gains = (Formula.parse("2/T/1000"), Formula.parse("J*sqrt(f)"), Formula.parse("atan2(d, 2)"))
+    drive = Drive(*gains, filters=(notch, LowPass(Formula.parse("4*f"), 1)), lag=Formula.parse("1e-4"), **times)
+    joint, values, s = (
+        Joint("m", 0, Kind.MOTOR, 0, "q1"),
+        {"f": 90.0, "d": 0.1, "T": 1e-4, "J": 0.4},
+        laplace(np.array([3.0, 80.0, 700.0])),
+    )
+    cascade = cascade_of(joint, drive, values, "file")
+    slopes = cascade.slopes(lambda one: one.feedback(s)[0])
+    assert slopes.keys() - cascade.repeated_names == {"f", "d", "T", "J", "m, lag of the current loop"}
+    assert {"m, dead time", "m, period", "m, Kp"} <= cascade.repeated_names < slopes.keys()
+    for name, x in values.items():
+        changed = [
+            cascade_of(joint, drive, {**values, name: x * np.exp(h)}, "file").feedback(s)[0]
+            for h in (-2e-4, -1e-4, 1e-4, 2e-4)
+        ]
+        expected = (8 * (changed[2] - changed[1]) - (changed[3] - changed[0])) / 12e-4
+        assert np.allclose(slopes[name], expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max()), name
 
 
 @pytest.mark.parametrize("one", [x for x in ELEMENTS if isinstance(x, FirstOrder | Biquad)], ids=lambda one: one.name)
@@ -74,7 +99,7 @@ def test_numbers_of_a_file() -> None:
         f("K"), TUNED, f("0.02"), f("2e-4"), period=f("1e-4"), filters=(Notch(f("9"), f("0"), f("1")), LowPass(f("50")))
     )
     found = cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), drive, {"K": 30.0}, "file")
-    assert (found.Kv, found.Tn, found.sought) == (30.0, 0.02, ("Kp",)) and np.isnan(found.Kp)
+    assert (found.Kv, found.Tn, found.tuned_gains) == (30.0, 0.02, ("Kp",)) and np.isnan(found.Kp)
     names = ["dead time", "period", "lag of the current loop", "notch at 9 Hz", "low-pass filter at 50 Hz"]
     assert [one.name for one in found.path] == names
     assert isinstance(found.path[0], DeadTime) and found.path[0].time == 1e-4, "a period where none is given"

@@ -62,6 +62,7 @@ MACHINES = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", [*MACHINES])
 def test_states_and_frequencies_are_one_system(name: str) -> None:
     """Set points to positions, by states and by Z: at low frequencies, where an approximated dead time is exact."""
@@ -75,10 +76,13 @@ def test_states_and_frequencies_are_one_system(name: str) -> None:
             for axis in plant.axes.values():
                 by_states = axis.position @ plant.free @ moved
                 at = np.array([s])
-                by_Z = plant.moved(at, cascades, plant.axes[one.motor].velocity[:, None])[0, :, 0] @ axis.position
+                by_Z = (
+                    plant.displacements(at, cascades, plant.axes[one.motor].velocity[:, None])[0, :, 0] @ axis.position
+                )
                 assert by_states == pytest.approx(by_Z * one.forward(at)[0], rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["two_axis", "ball_screw"])
 def test_poles_and_compliance_are_those_of_python_control(name: str) -> None:
     """The same loops by its `interconnect`, from transfer functions and signals."""
@@ -112,10 +116,11 @@ def test_poles_and_compliance_are_those_of_python_control(name: str) -> None:
     assert nearest.max() <= 1e-10 * np.abs(ours).max() and (nearest <= 1e-8 * (np.abs(ours) + 1)).all()
     for f in (0.5, 7.0):
         first = np.eye(n)[0]
-        mine = plant.moved(laplace(np.array([f])), cascades, first[:, None])[0, 0, 0]
+        mine = plant.displacements(laplace(np.array([f])), cascades, first[:, None])[0, 0, 0]
         assert complex(whole(2j * np.pi * f)) == pytest.approx(mine, rel=1e-10)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [*MACHINES])
 def test_slopes_of_responses_are_those_of_differences(name: str) -> None:
     """Springs, masses and rotors, with damping in every mode, and positions of springs that follow their loads."""
@@ -123,7 +128,8 @@ def test_slopes_of_responses_are_those_of_differences(name: str) -> None:
     cascades = drives_of(plant)
     axis, s = next(axis for name, axis in plant.axes.items() if name not in plant.held), 2j * np.pi * 40.0
     own = axis.velocity
-    slopes = response_slopes(plant, s, cascades, own, own)
+    row, _ = plant.rows(axis.motor)
+    slopes = response_slopes(plant, s, cascades, row, row)
     motion = plant.linear.motion
     kinds = (".stiffness", ".mass", ".ZZ", ".rotor_inertia")
     names = [next((x for x in motion.parameters if x.endswith(kind)), "") for kind in kinds]
@@ -134,13 +140,13 @@ def test_slopes_of_responses_are_those_of_differences(name: str) -> None:
             there = motion.at_values({parameter: value * (1 + factor)})
             linear = with_modal_damping(linearize(there, equilibrium(there, {})), RATIO)
             changed = replace(plant, linear=linear)
-            found: complex = changed.moved(np.array([s]), cascades, own[:, None])[0, :, 0] @ own
+            found: complex = changed.displacements(np.array([s]), cascades, own[:, None])[0, :, 0] @ own
             return found
 
         near, far = response(step) - response(-step), response(2 * step) - response(-2 * step)
         expected = (8 * near - far) / (12 * step)
         scale = abs(response(0.0)) * 1e-9
-        assert value * slopes[parameter] == pytest.approx(expected, rel=1e-5, abs=scale), parameter
+        assert slopes[parameter] == pytest.approx(expected, rel=1e-5, abs=scale), parameter
 
 
 def described(**drives: Drive) -> DescribedMachine:
@@ -169,6 +175,7 @@ def test_motors_without_a_drive_are_held_and_said() -> None:
     assert "motor_y has no drive and is held" in found.notes and found.plants[0].held == ("motor_y",)
 
 
+@pytest.mark.thorough
 def test_gains_of_the_specification() -> None:
     """Published by a trial with dense matrices: `ball_screw` with 1 and 2 % damping, both axes of `two_axis`."""
     f = Formula.parse
@@ -186,6 +193,7 @@ def test_gains_of_the_specification() -> None:
     assert round(y.limits[0].largest.gain, -3) == 476_000 and round(y.limits[0].influences["dead time"], 1) == -0.8
 
 
+@pytest.mark.thorough
 def test_a_tuned_machine_is_at_its_distances() -> None:
     """At the worst of the positions; at the others it is further away."""
     found = se.control(EXAMPLES / "two_axis.toml", damping=0.02, along={"motor_y": [-0.2, 0.2]}, modulus=0.55)
@@ -196,6 +204,7 @@ def test_a_tuned_machine_is_at_its_distances() -> None:
     assert all(place.growth < 0 for place in found.places)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["planar_2r.toml", "linkage.toml", "puma560_measured.toml", "sr400.par"])
 def test_axes_that_load_each_other_are_tuned_together(name: str) -> None:
     """With its neighbour free an axis moves less inertia: the shoulder of the 2R a third of what it moves else."""

@@ -56,6 +56,7 @@ def test_poles_are_those_of_python_control() -> None:
     assert (np.abs(ours[:, None] - theirs).min(axis=1) <= 1e-10 * np.abs(ours).max()).all()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("key", ["Kp", "Kv"])
 def test_slopes_of_largest_gains_are_those_of_differences(key: str) -> None:
     plant = plant_of("ball_screw.toml")

@@ -20,6 +20,7 @@ def found() -> Control:
     return se.control(EXAMPLES / "two_axis.toml", damping=0.02, compliances=["tool.x"])
 
 
+@pytest.mark.thorough
 def test_all_loops_closed_as_a_state_space(found: Control) -> None:
     closed = found.to_control()["closed"]
     assert list(closed.input_labels)[:3] == ["motor_x_r", "motor_x_rd", "motor_x_rdd"]
@@ -31,6 +32,7 @@ def test_all_loops_closed_as_a_state_space(found: Control) -> None:
     assert at_rest[:2, [0, 3]] == pytest.approx(np.eye(2), abs=1e-5)
 
 
+@pytest.mark.thorough
 def test_open_loops_have_their_dead_times(found: Control) -> None:
     loops, systems = loops_of(found.plants[0], found.cascades), found.to_control()
     for one in loops:

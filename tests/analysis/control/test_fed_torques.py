@@ -40,6 +40,7 @@ def arm(**drives: Any) -> dict[str, Any]:
     }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("changes", [{}, {"current": {"lag": 5e-4}, "filters": [{"lowpass": 300, "order": 2}]}])
 def test_what_follows_a_set_point_is_that_of_all_loops(changes: dict[str, Any]) -> None:
     """C (s - A)^-1 (B_0 + s B_1 + s^2 B_2), each axis by its own set point and the cross feed of the other drive."""
@@ -52,7 +53,7 @@ def test_what_follows_a_set_point_is_that_of_all_loops(changes: dict[str, Any]) 
             column = sum(s**p * B[:, k] for p, B in enumerate(loop.by_set_point))
             moved = np.linalg.solve(s * np.eye(len(loop.A)) - loop.A, column)
             expected.append(axis.axis.position @ plant.free @ moved[: plant.free.shape[1]])
-        assert axis.followed(frequencies) == pytest.approx(np.array(expected), rel=1e-10)
+        assert axis.position_response(frequencies) == pytest.approx(np.array(expected), rel=1e-10)
 
 
 def test_a_stiff_machine_follows_exactly_at_all_frequencies() -> None:
@@ -62,7 +63,7 @@ def test_a_stiff_machine_follows_exactly_at_all_frequencies() -> None:
     machine["springs"] = {}
     found = se.control(machine)
     for axis in loops_of(found.plants[0], found.cascades):
-        assert axis.followed(np.array([0.1, 3.0, 200.0])) == pytest.approx(1, abs=1e-12)
+        assert axis.position_response(np.array([0.1, 3.0, 200.0])) == pytest.approx(1, abs=1e-12)
     assert [axis.velocity_error for axis in found.places[0].axes] == pytest.approx([0, 0], abs=1e-12)
 
 
@@ -95,7 +96,7 @@ def test_even_steps_are_given_the_same_torques() -> None:
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        ({"feed_forward": {"torque": True, "acceleration": 0.1}}, "acceleration.*stands beside torque = true"),
+        ({"feed_forward": {"torque": True, "acceleration": 0.1}}, "acceleration.*conflicts with torque = true"),
         ({"feed_forward": {"torque": True}, "set_point": {"lowpass": 30}}, "torque.*is of the set point before"),
         ({"feed_forward": {"torque": 1}}, "torque"),
     ],

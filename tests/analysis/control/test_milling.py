@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.analysis.control.borders import track_eigenvalues
 from symoro_elastic.analysis.control.cutting import Cut, Milling
-from symoro_elastic.analysis.control.lobes import followed
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from tests.analysis.control.test_lobes import CUTTING, MASS, RATIO, STIFFNESS, growth, spindle
@@ -59,6 +59,7 @@ def test_mean_factors_as_published(immersion: float, down: bool) -> None:
     assert last - first == pytest.approx(swept) and (last == np.pi if down else first == 0)
 
 
+@pytest.mark.thorough
 def test_factors_of_parts_are_those_of_teeth_at_their_angles() -> None:
     cut = Cut(CUTTING, 3, X, X, Milling(Y, RADIAL, 0.4, True))
     first, last = cut.milling.angles if cut.milling else (0, 0)
@@ -73,6 +74,7 @@ def test_factors_of_parts_are_those_of_teeth_at_their_angles() -> None:
     assert cut.factors(6).mean(axis=0) == pytest.approx(cut.factors()[0], abs=1e-14)
 
 
+@pytest.mark.thorough
 def test_semi_discretization_of_the_published_example() -> None:
     """Insperger and Stepan's mass at 12 000 turns per minute, one tooth: depths of theirs at 40 and 160 intervals.
 
@@ -88,6 +90,7 @@ def test_semi_discretization_of_the_published_example() -> None:
         assert place.periodic == pytest.approx(place.depths, rel=error)
 
 
+@pytest.mark.thorough
 def test_errors_of_intervals_fall_with_their_fourth_power() -> None:
     """At 5000 to 20 000 turns per minute, up to 11 waves between two teeth: 0.6 % at 80 intervals, 0.04 % at 160."""
     given = {"direction": "tool.z", "cutting": CUTTING, "speeds": (5_000, 20_000, 4)}
@@ -106,6 +109,7 @@ def test_a_note_says_where_the_mean_of_forces_does_not_do() -> None:
     assert "give --intervals" in notes[0][-1] and notes[1] == ()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("immersion", "down"), [(1.0, False), (0.5, True)])
 def test_the_averaged_cut_is_at_its_border(immersion: float, down: bool) -> None:
     """det(I - K b (1 - e^(-i w T)) W Phi) = 0 at the depth and wave; no depth below has such a frequency."""
@@ -130,6 +134,7 @@ def test_the_averaged_cut_is_at_its_border(immersion: float, down: bool) -> None
     assert place.least <= place.depths[0]
 
 
+@pytest.mark.thorough
 def test_influences_in_milling_are_slopes_of_the_least_depth() -> None:
     step = 1e-4
     given = milled(speeds=(9e3, 9e3, 1))
@@ -145,7 +150,7 @@ def test_eigenvalues_are_followed_through_a_crossing() -> None:
     t = np.linspace(-1, 1, 200)
     lines = np.stack([t + 0.2j, -t - 0.1j], axis=1)
     shuffled = np.where(np.random.default_rng(5).random(200)[:, None] < 0.5, lines, lines[:, ::-1])
-    found = followed(shuffled)
+    found = track_eigenvalues(shuffled)
     assert np.array_equal(found, lines if found[0, 0] == lines[0, 0] else lines[:, ::-1])
 
 

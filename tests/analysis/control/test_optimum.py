@@ -34,6 +34,7 @@ def axis(**changes: Any) -> dict[str, Any]:
     }
 
 
+@pytest.mark.thorough
 def test_distances_and_compliance_are_those_of_the_loops() -> None:
     machine = EXAMPLES / "two_axis.toml"
     found = se.control(machine, damping=0.02, compliances=["tool.x", "tool.y"])

@@ -9,7 +9,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.analysis.control.cascade import laplace
-from symoro_elastic.analysis.control.rules import RuledAxis, inertia, small_time
+from symoro_elastic.analysis.control.control import RuledAxis, inertia, small_time
 
 signal = pytest.importorskip("scipy.signal")
 
@@ -39,6 +39,7 @@ def overshoot(above: list[float], below: list[float]) -> float:
     return float(y.max() - 1)
 
 
+@pytest.mark.thorough
 def test_velocity_steps_overshoot_as_published() -> None:
     """4.3 % and 43.4 %, 37 degrees of phase: Kp (1 + 1/(Tn s))/(m s (1 + T s)) closed."""
     amount, symmetrical = rules()
@@ -70,6 +71,7 @@ def test_the_time_of_a_path_is_its_slope_at_rest() -> None:
     assert sum(map(small_time, one.path)) == pytest.approx(late, rel=1e-7)
 
 
+@pytest.mark.thorough
 def test_the_inertia_is_that_of_rigid_springs() -> None:
     """All that motor_x moves, and its rotor; the rules know of no spring, and the loops say so."""
     found = se.control("examples/two_axis.toml", damping=0.02, rule=True)

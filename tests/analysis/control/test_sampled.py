@@ -86,6 +86,7 @@ INTERVALS = {1e-3: (0.14, 0.713), 2.5e-4: (0.13, 15.25), 1.25e-4: (0.13, 8.85), 
 """Gains by period, published by a trial: `ball_screw` with 1 % damping, Kv 20, Tn 20 ms, a dead time of a period."""
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("period", INTERVALS)
 def test_gains_are_stable_in_an_interval(period: float) -> None:
     (low, high), plant = INTERVALS[period], plant_of("ball_screw.toml", ratio=0.01)

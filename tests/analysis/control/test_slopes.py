@@ -12,7 +12,7 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.analysis.control.cascade import Cascade
 from symoro_elastic.analysis.control.closed_loop import closed_loop
-from symoro_elastic.analysis.control.slopes import pole_slopes
+from symoro_elastic.analysis.control.control import pole_slopes
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.responses import with_modal_damping
 from symoro_elastic.foundation.errors import InputError
@@ -85,6 +85,7 @@ def margin(kind: str, loop: str, near: float) -> Any:
     return of
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("loop", ["velocity", "position"])
 @pytest.mark.parametrize("kind", ["modulus", "phase", "gain"])
 def test_slopes_of_margins_are_those_of_differences(found: Any, kind: str, loop: str) -> None:
@@ -120,6 +121,7 @@ def test_other_axes_and_loops_are_refused(found: Any) -> None:
     assert np.isfinite([*found.margin_slopes("motor").modulus.values()]).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [*MACHINES])
 def test_poles_of_several_axes_move_with_drives_and_masses(name: str) -> None:
     """By differences of the poles themselves: gains and parts of each drive, a stiffness, a mass, a rotor."""

@@ -9,13 +9,13 @@ from types import ModuleType
 import numpy as np
 
 from symoro_elastic.analysis.simulation.reference_motion import Reference
-from symoro_elastic.codegen.integration.methods import Method, nodes_of
+from symoro_elastic.codegen.integration.tableaus import Method, nodes_of
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 
 
 def with_steps(machine: Machine, *methods: str) -> ModuleType:

@@ -13,8 +13,8 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Servo
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
-from symoro_elastic.numerics.values import parameter_values
 from tests.analysis.ladder.motions import moved
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell

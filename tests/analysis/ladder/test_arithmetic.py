@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from symoro_elastic.analysis.ladder.predicted_rungs import single_precision_errors
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
@@ -15,7 +14,7 @@ from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.analysis.ladder.scenes import moving, random_springs
 
 STEPS = 150
@@ -42,7 +41,6 @@ def springs_moved(compiled: CompiledPackage, reference: Reference) -> Array:
     return np.array(y)[:, :n]
 
 
-@pytest.mark.thorough
 def test_the_estimate_is_of_the_size_of_the_error(tmp_path: Path) -> None:
     """Between a fifth of the error and five times it: roundings are not random numbers."""
     scene = moving("random", random_springs(1, 6, (30, 50, 70)), 0.3, 0.15, 1e-5)

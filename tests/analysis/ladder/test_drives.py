@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.analysis.ladder.budget_path import LeftOutNumbers
 from symoro_elastic.analysis.ladder.greedy import backward_greedy
-from symoro_elastic.analysis.ladder.measured_rungs import Measurement
-from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers
 from symoro_elastic.analysis.ladder.rung import DOUBT, Rung
-from symoro_elastic.analysis.ladder.rungs import prediction_of
+from symoro_elastic.analysis.ladder.rungs import Measurement, prediction_of
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, spring_errors
 from symoro_elastic.analysis.simulation.prediction.stability import poles
@@ -185,6 +184,7 @@ def test_linear_models_are_about_the_motion_that_lags_behind() -> None:
     assert found == pytest.approx([1] * 4, rel=0.05)
 
 
+@pytest.mark.thorough
 def test_a_limit_that_the_motion_reaches_is_refused() -> None:
     machine = drawn(101)
 
@@ -194,7 +194,7 @@ def test_a_limit_that_the_motion_reaches_is_refused() -> None:
         return prediction_of(limited, limited.asked.motions, TOLERANCE).paths
 
     assert paths(1e4)
-    with pytest.raises(InputError, match=r"drives, slide, limits: the motion takes [\d.]+ times that of the torque"):
+    with pytest.raises(InputError, match=r"drives, slide, limits: the motion needs [\d.]+ times that of the torque"):
         paths(1e3)
 
 
@@ -222,7 +222,7 @@ def test_a_part_that_follows_at_once_is_predicted_as_it_is_simulated() -> None:
     prediction = prediction_of(whole, whole.asked.motions, TOLERANCE)
     found = [one for one in backward_greedy(prediction.paths, TOLERANCE) if one.left_out]
     alone = Rung((name,), False, {})
-    reduced = prediction.reduced(alone, 0)
+    reduced = prediction.reduced_reference(alone, 0)
     assert [one.lag.is_zero for one in reduced.machine.drives.by_motor.values()] == [False, True]
     path = prediction.paths[0]
     (predicted,) = spring_errors([Deviations(path)], [(path.joints.index(name),)])
@@ -268,6 +268,7 @@ def test_what_has_no_linear_model_is_refused_by_name() -> None:
         se.simulate(machine, scene={"zero": ["slide.lags"]})
 
 
+@pytest.mark.thorough
 def test_drives_without_a_state_take_steps() -> None:
     """A cascade of gains alone is a servo: its step has no z."""
     machine = drawn(101, drives={name: {"Kv": 30, "Kp": 1000} for name in INERTIA})

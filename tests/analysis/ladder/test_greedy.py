@@ -31,6 +31,7 @@ def test_each_rung_leaves_out_the_spring_that_costs_least() -> None:
         assert relative(after.static, tolerance) == pytest.approx(least)
 
 
+@pytest.mark.thorough
 def test_of_many_springs_the_best_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     """All at first, then six at most: the same order here as if all were."""
     scene = moving("random", random_springs(5, 10, (20, 80, 50, 35), 0.02), 0.3, 0.3, 1e-5)

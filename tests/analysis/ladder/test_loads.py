@@ -13,9 +13,9 @@ import pytest
 
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.simulate import StepCost
-from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.integration.tableaus import METHODS, nodes_of
 from symoro_elastic.machine.machine import Friction, Machine
-from symoro_elastic.models.implicit_steps import Motors
+from symoro_elastic.models.steps.implicit_steps import Motors
 from tests.analysis.ladder.generated_steps import with_steps
 from tests.analysis.ladder.motions import moved
 from tests.analysis.vibration.machines import drive
@@ -80,6 +80,7 @@ def calls(work: Any) -> Counter[str]:
     return found
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("method", ["w2", "w3", "rk4"])
 def test_the_cost_of_a_step_counts_substitutions(method: str) -> None:
     """Calls of the right side, and of the torques that are passed, in steps from random states."""

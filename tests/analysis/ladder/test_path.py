@@ -39,6 +39,7 @@ def by_duals(path: LinearPath, place: int, outputs: tuple[str, ...] = ()) -> Lin
     return linearize(motion, state_at(path, place), (), outputs)
 
 
+@pytest.mark.thorough
 def test_the_next_step_is_about_the_motion_that_the_first_gave() -> None:
     """M, D, K and the forces are those of the deviated place; without springs left out d hardly changes."""
     first, path = linear_path(bent(), (), 200, newton_steps=1), linear_path(bent(), (), 200)
@@ -108,6 +109,7 @@ def test_motors_without_servo_do_not_deviate_and_take_torque() -> None:
     assert outputs.follows.tolist() == [False, True, True]
 
 
+@pytest.mark.thorough
 def test_servos_are_springs_and_dampers_of_motors() -> None:
     reference = bent()
     machine = reference.machine
@@ -126,6 +128,7 @@ def test_servos_are_springs_and_dampers_of_motors() -> None:
     np.testing.assert_allclose(path.stiffness - free.stiffness, np.diag(kp))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("frame", ["j4", "j4 at (0.1, 0.2, 0)"])
 def test_applied_forces_drive_and_soften(frame: str) -> None:
     """They are those of the model at a wrench that the machine has, whose direction stays in frame 0."""

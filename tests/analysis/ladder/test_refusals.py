@@ -99,7 +99,7 @@ def test_a_wobble_of_too_many_periods_is_refused_before_any_step() -> None:
     """2.5 million periods, 20 steps each."""
     wobble = Wobble("motor", 1e-9, 1e7)
     reference = reference_of(drive(), PrescribedMotion(0.25, wobbles=(wobble,)))
-    said = "motion, duration: its shortest .* takes 1e-07 s: 5e.07 steps, some 0.014 h, 5e.06 is the limit"
+    said = "motion, duration: its shortest .* lasts 1e-07 s: 5e.07 steps, some 0.014 h, 5e.06 is the limit"
     with pytest.raises(InputError, match=said):
         simulate(reference, Request())
     with pytest.raises(InputError, match=said):

@@ -11,11 +11,16 @@ import numpy as np
 import pytest
 from pytest import MonkeyPatch
 
-from symoro_elastic.analysis.ladder.climbed import Ladder, reduced_scene
-from symoro_elastic.analysis.ladder.measured_rungs import Measurement
 from symoro_elastic.analysis.ladder.rung import Measured, Rung
-from symoro_elastic.analysis.ladder.rungs import ladder, measured_ladder, predicted_ladder, prediction_of
-from symoro_elastic.analysis.ladder.views import advice, arithmetic_line, predicted_line, springs_table
+from symoro_elastic.analysis.ladder.rungs import (
+    Ladder,
+    Measurement,
+    ladder_of_prediction,
+    measured_ladder,
+    prediction_of,
+    reduced_scene,
+)
+from symoro_elastic.analysis.ladder.views import advice, arithmetic_line, springs_table
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.analysis.simulation.reference_motion import reference_of
@@ -59,6 +64,7 @@ def found() -> Ladder:
     return measured_ladder(measurement(), measurement().prediction.rungs())
 
 
+@pytest.mark.thorough
 def test_the_chosen_rung_is_measured_within_its_tolerance_and_prediction() -> None:
     assert found().chosen is not None
     rung = found().rungs[found().chosen or 0]
@@ -69,6 +75,7 @@ def test_the_chosen_rung_is_measured_within_its_tolerance_and_prediction() -> No
         assert rung.measured.steps[name] == pytest.approx(rung.chosen.predicted[name], rel=1.0, abs=0.01 * limit)
 
 
+@pytest.mark.thorough
 def test_every_rung_leaves_out_one_spring_more() -> None:
     static = [rung.left_out for rung in found().rungs if not rung.locked]
     assert [len(names) for names in static] == [0, 1, 2, 3, 4]
@@ -76,6 +83,7 @@ def test_every_rung_leaves_out_one_spring_more() -> None:
     assert [rung.left_out for rung in found().rungs if rung.locked] == [static[-1]]
 
 
+@pytest.mark.thorough
 def test_the_chosen_rung_is_the_cheapest_that_fits() -> None:
     costs = [rung.chosen.cost for rung in found().rungs if rung.chosen]
     chosen = found().rungs[found().chosen or 0].chosen
@@ -113,7 +121,7 @@ def test_single_precision_is_enough_where_it_takes_little_of_the_tolerance() -> 
 
 
 def test_advice_where_no_rung_is_good_enough() -> None:
-    assert "no rung is good enough; the closest, keep every spring, takes" in advice(replace(found(), chosen=None))
+    assert "no rung is good enough; the closest, keep every spring, uses" in advice(replace(found(), chosen=None))
 
 
 def test_advice_says_that_steps_are_not_good_enough() -> None:
@@ -123,7 +131,7 @@ def test_advice_says_that_steps_are_not_good_enough() -> None:
     predicted, measured = (dict.fromkeys(TOLERANCE, x) for x in (1e-6, 1.2e-5))
     chosen = replace(rung.chosen, predicted=predicted)
     missed = replace(rung, chosen=chosen, measured=Measured(dict.fromkeys(TOLERANCE, 0.0), measured, 0.0))
-    said = f"its {chosen.steps} steps of {chosen.method} take 120% where 10% were predicted"
+    said = f"its {chosen.steps} steps of {chosen.method} use 120% where 10% were predicted"
     assert said in advice(replace(found(), rungs=(missed, *found().rungs[1:]), chosen=None))
 
 
@@ -137,6 +145,7 @@ def test_advice_leaves_out_a_saving_that_is_none() -> None:
         assert ("times fewer operations" in advice(replace(found(), rungs=rungs, full=full))) is told
 
 
+@pytest.mark.thorough
 def test_the_reduced_scene_is_generated_and_is_the_same_again(tmp_path: Path) -> None:
     scene = reduced_scene(found(), machine(), Scene())
     rung = found().rungs[found().chosen or 0]
@@ -158,16 +167,6 @@ def test_springs_are_listed_with_what_is_usually_asked_of_them() -> None:
     alone = next(one for one in data if one["name"] == name)
     assert alone["alone"] == pytest.approx(relative(rung.predicted, TOLERANCE))
     assert len(springs_table(found()).rows) == len(data)
-
-
-def test_the_ladder_by_prediction_chooses_the_cheapest_and_measures_nothing() -> None:
-    """One line: rung, method, step, saving and the predicted error, as the measured ladder has them."""
-    quick = predicted_ladder(machine(), [motion()], TOLERANCE)
-    assert quick.chosen == found().chosen and all(rung.measured is None for rung in quick.rungs)
-    line, rung = predicted_line(quick), found().rungs[found().chosen or 0]
-    assert line.startswith(advice(found())) and "\n" not in line
-    worst = max(TOLERANCE, key=lambda name: rung.predicted[name])
-    assert line.endswith(f"error of {worst} by prediction {rung.predicted[worst] * 1e6:.3g} um")
 
 
 SERIES = """
@@ -197,7 +196,7 @@ def in_series(middle: float = 0.0) -> Machine:
 
 @cache
 def joined_ladder(*forces: AppliedForce) -> Ladder:
-    return ladder(in_series(), [replace(PUSHED, forces=forces)], {"tip.z": 5e-4})
+    return ladder_of_prediction(prediction_of(in_series(), [replace(PUSHED, forces=forces)], {"tip.z": 5e-4}))
 
 
 @pytest.mark.thorough
@@ -214,7 +213,6 @@ def test_forces_on_frames_are_measured_too() -> None:
     assert reduced_scene(pushed, in_series(), Scene()).forces == ("tip",)
 
 
-@pytest.mark.thorough
 def test_springs_in_series_are_condensed() -> None:
     """Rungs are those of the machine with one spring; a gram between the two changes the measured error by little."""
     joined = joined_ladder()
@@ -251,7 +249,7 @@ def test_springs_in_series_are_condensed() -> None:
 )
 def test_what_condensing_changes_is_refused(motion: PrescribedMotion, tolerance: dict[str, float], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        ladder(in_series(), [motion], tolerance)
+        ladder_of_prediction(prediction_of(in_series(), [motion], tolerance))
 
 
 def test_json_has_every_rung() -> None:
@@ -290,6 +288,6 @@ def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
 def test_springs_that_a_scene_has_static_stay_static() -> None:
     """The whole machine is that of the scene then; rungs leave out more springs, and are measured as predicted."""
     static = restrict(in_series(), Scene(static={"arm": None}, condense=True))
-    found = ladder(static, [PUSHED], {"tip.z": 5e-4})
+    found = ladder_of_prediction(prediction_of(static, [PUSHED], {"tip.z": 5e-4}))
     assert [rung.left_out for rung in found.rungs if not rung.locked] == [(), ("last",)] and not found.distrusted
     assert found.chosen is not None and found.rungs[found.chosen].measured is not None

@@ -14,7 +14,7 @@ from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors,
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.simulation.simulate import Request as Simulated
 from symoro_elastic.analysis.simulation.simulate import simulate
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.prescribed_motion import Bandwidth
@@ -70,7 +70,7 @@ def measured(name: str, servo: bool, steps: int) -> Array:
     return np.abs(placed[:: max(steps // EVENLY, 1)] - true_positions(servo)[::every]).max(axis=0)
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize(("name", "servo"), CASES)
 def test_predictions_hold_for_generated_steps(name: str, servo: bool) -> None:
     """On every output, at two steps: to a fifth, as servos let motors deviate by some mm."""
@@ -89,6 +89,7 @@ def test_errors_fall_by_the_order_of_the_method(name: str) -> None:
     assert (np.abs(observed - METHODS[name].order) < 0.3).all()
 
 
+@pytest.mark.thorough
 def test_springs_that_are_left_out_stay_out() -> None:
     """Errors with a spring left out are those of the machine that has it locked."""
     whole = reference(False)
@@ -100,6 +101,7 @@ def test_springs_that_are_left_out_stay_out() -> None:
         assert found[name] == pytest.approx(exact[name], rel=0.05)
 
 
+@pytest.mark.thorough
 def test_static_springs_deflect_by_the_errors_of_accelerations() -> None:
     """Rows from M, D, K of the whole machine are those from the reactions of the machine that has the spring static.
 
@@ -163,6 +165,7 @@ def test_steps_beyond_those_tried_follow_from_the_order(monkeypatch: pytest.Monk
     assert not choice.is_tried and choice.steps == pytest.approx(tried.steps, rel=0.2)
 
 
+@pytest.mark.thorough
 def test_unstable_steps_have_no_error_that_is_a_number() -> None:
     assert set(StepErrors(path(False)).errors(METHODS["rk4"], 3).values()) != {0.0}
     stiff = linear_path(moved(tuned(flex4(), (4e4,)), 0.15, {"j1": (0.2, 0.12)}), OUTPUTS, SAMPLES)

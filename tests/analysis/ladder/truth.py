@@ -16,9 +16,9 @@ from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import RequestedPart
-from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.signals import FrameSignal, inputs
 from symoro_elastic.numerics.motion.signals import outputs as output_signals
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 Dynamics = Callable[[Array, Array], tuple[Array, Array]]
 """A (sets, n, n) and H (sets, n), friction included, at q and qd (sets, n)."""

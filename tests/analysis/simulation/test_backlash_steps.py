@@ -11,7 +11,7 @@ import pytest
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.simulation.test_bristle_steps import Steps
 from tests.models.test_backlash import geared
 

@@ -12,7 +12,7 @@ import pytest
 
 from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.analysis.simulation.reference_motion import risen
-from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.integration.tableaus import METHODS, nodes_of
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import DescribedMachine
@@ -21,8 +21,6 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Friction
 from tests.models.test_friction_states import LAW, rate_of_bristle, slider
-
-pytestmark = pytest.mark.thorough
 
 LUGRE = LAW | {"breakaway": 0.0}
 
@@ -87,6 +85,7 @@ def hunting(law: dict[str, float], h: float, until: float, folder: Path) -> Arra
     return crossings(np.arange(len(xs)) * h, np.array(xs) - 1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("law", "printed"),
     [(LUGRE, [1.95, 13.00, 32.28, 56.62, 81.12]), (LAW, [1.95, 12.99, 32.11, 56.22, 80.53])],
@@ -100,6 +99,7 @@ def test_hunting(law: dict[str, float], printed: list[float], tmp_path: Path) ->
     assert len(wanted) == 2 and np.abs(found[:2] / wanted - 1).max() < 1e-3
 
 
+@pytest.mark.thorough
 def test_stick_slip(tmp_path: Path) -> None:
     """A spring of 2 N/m pulled at 0.1 m/s: slips every 6.36 to 6.37 s at up to 0.370 m/s."""
     steps, h, count = Steps(DescribedMachine.of(slider(**LUGRE)), "w3", "_servo", tmp_path), 1e-3, 35000
@@ -113,6 +113,7 @@ def test_stick_slip(tmp_path: Path) -> None:
     assert len(wanted) == 2 and np.abs(slips[:2] / wanted - 1).max() < 1e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("law", "least", "most"), [(LUGRE, 1e-4, 1e-3), (LAW, 0, 5e-6)], ids=["LuGre", "elasto-plastic"]
 )
@@ -124,6 +125,7 @@ def test_drift_under_a_vibrating_load(law: dict[str, float], least: float, most:
     assert least <= x[-1] < most
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("breakaway", [0.0, 0.7], ids=["LuGre", "elasto-plastic"])
 @pytest.mark.parametrize("h", [1e-3, 1e-5])
 def test_free_motions_gain_no_energy(breakaway: float, h: float, tmp_path: Path) -> None:
@@ -140,6 +142,7 @@ def test_free_motions_gain_no_energy(breakaway: float, h: float, tmp_path: Path)
         assert np.diff(energy).max() <= 1e-9 * energy[0]
 
 
+@pytest.mark.thorough
 def test_errors_with_elasto_plastic_friction(tmp_path: Path) -> None:
     """A mass under 3 N at 1 Hz, of an amplitude of 0.16 m."""
     steps, y = Steps(DescribedMachine.of(slider(**LAW)), "w3", "", tmp_path), []
@@ -189,6 +192,7 @@ def errors(machine: DescribedMachine, method: str, sizes: tuple[float, ...], fol
     )
 
 
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize(("method", "order"), [("w2", 1.9), ("w3", 2.7)])
 @pytest.mark.parametrize("wound", [False, True], ids=["lag", "winding"])
 def test_orders_with_a_drive(method: str, order: float, wound: bool, tmp_path: Path) -> None:
@@ -197,12 +201,14 @@ def test_orders_with_a_drive(method: str, order: float, wound: bool, tmp_path: P
     assert np.log2(found[:-1] / found[1:]).min() >= order
 
 
+@pytest.mark.thorough
 def test_errors_with_a_limit(tmp_path: Path) -> None:
     """Corners take the order; what is asked are bars: 3e-4 rad at 1 ms, 5e-6 rad at 0.25 ms of a move of 2 rad."""
     found = errors(driven("2e-4", **LIMITED), "w3", (1e-3, 2.5e-4), tmp_path)
     assert found[0] < 4e-4 and found[1] < 1e-5
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("changes", [{}, LIMITED], ids=["free", "limited"])
 @pytest.mark.parametrize("lag", ["2e-3", "2e-6"])
 def test_steps_of_1_ms_are_stable_at_any_lag(lag: str, changes: dict[str, Any], tmp_path: Path) -> None:

@@ -56,6 +56,7 @@ def test_even_steps_follow_friction_that_creeps(kind: str, method: str) -> None:
     assert np.abs(q[:, 1] - wanted).max() < 1e-3 * np.abs(wanted).max()
 
 
+@pytest.mark.thorough
 def test_the_ladder_takes_friction_that_creeps() -> None:
     found = se.ladder(drive("elastic", 1e-2), scene(1e-4))
     assert found.rungs

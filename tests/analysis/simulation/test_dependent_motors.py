@@ -23,8 +23,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion
-from symoro_elastic.numerics.closed_positions import JointCoordinates
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
+from symoro_elastic.numerics.evaluation.closed_positions import JointCoordinates
 from tests.analysis.ladder.motions import moved
 from tests.closed_chains.machines import machine as closed_chain
 from tests.models.test_creep import creeping
@@ -181,6 +181,7 @@ def test_motors_that_move_each_other_have_servos_of_their_own() -> None:
 # Starts
 
 
+@pytest.mark.thorough
 def test_the_start_names_independent_joints_of_the_file() -> None:
     """Motors are where they put the platform; torques hold it there; a bandwidth is that of the inertia that moves."""
     found = under_servos()
@@ -229,6 +230,7 @@ def test_a_motor_that_gets_half_a_turn_away_is_refused() -> None:
         refuse_turned(turning, run)  # type: ignore[arg-type]
 
 
+@pytest.mark.thorough
 def test_exact_derivatives_are_refused_where_motors_follow() -> None:
     with pytest.raises(InputError, match=r"rodas4 is not offered where the motor is on a joint that follows .*take w3"):
         simulate(under_servos(), Request(method="rodas4"))

@@ -111,6 +111,7 @@ def test_a_proportional_drive_without_a_path_is_a_servo() -> None:
     assert "[drives]" not in "".join(str(part) for part in by_drives.parts())
 
 
+@pytest.mark.thorough
 def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
     from symoro_elastic.analysis.simulation.driven import DrivenMotion
     from symoro_elastic.api.motions import Integrating, plan
@@ -131,6 +132,7 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
 HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05, 0.05]}}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("machine", "motion", "options", "what"),
     [
@@ -144,15 +146,15 @@ HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05
             drive(limits={"torque": 2.0}) | {"gravity": [0, -9.81, 0], "bodies": HANGING},
             {},
             {},
-            "motor, limits: 2 does not hold the machine at the start, which takes 4.905: raise it",
+            "motor, limits: 2 does not hold the machine at the start, which needs 4.905: raise it",
         ),
         (
             wound(voltage=10.0) | {"gravity": [0, -9.81, 0], "bodies": HANGING},
             {},
             {},
-            "limits, voltage: its torque at rest, 4, does not hold the machine at the start, which takes 4.905",
+            "limits, voltage: its torque at rest, 4, does not hold the machine at the start, which needs 4.905",
         ),
-        (drive(), {}, {"method": "rodas4", "step": 1e-3}, "method: rodas4 is not offered with drives: take w3"),
+        (drive(), {}, {"method": "rodas4", "step": 1e-3}, "method: rodas4 is not offered with drives: use w3"),
         (
             drive(current={"lag": 2e-4}),
             {},
@@ -394,6 +396,7 @@ def test_backlash_within_a_loop_around_the_load_is_that_of_equations_by_hand() -
     assert y[1].min() < -b / 2 and y[1].max() > b / 2, "both flanks are touched"
 
 
+@pytest.mark.thorough
 def test_limits_of_current_and_voltage_are_those_of_an_own_integration() -> None:
     """Even steps; both limits act, the integral parts give way in Tn and ti; behind a gear that reverses."""
     R, L, Kt, Ke, kp, ti, ampere, volt = 0.5, 2e-3, 0.2, 0.15, 4.0, 3e-3, 12.0, 8.0

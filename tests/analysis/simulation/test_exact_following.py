@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.time_series.named_columns import named_columns
+from symoro_elastic.analysis.time_series.measurements import named_columns
 from tests.closed_chains.machines import FILES
 from tests.command_line import EXAMPLES, ended, refused, run
 
@@ -23,6 +23,7 @@ MOTION = {
 }
 
 
+@pytest.mark.thorough
 def test_torques_are_those_of_the_inverse_model() -> None:
     (found,) = se.simulate(ARM, {"motion": MOTION})
     model, motion = se.load(ARM, "inverse_dynamics"), found.motion
@@ -34,9 +35,10 @@ def test_torques_are_those_of_the_inverse_model() -> None:
     assert found.is_exact and found.is_within and not found.deviation.any()
     np.testing.assert_allclose(motion.q[[0, -1]], [[0.0, 0.0], [0.5, -0.3]], rtol=1e-14)
     np.testing.assert_array_equal(found.powers, motion.tau * motion.qd)
-    assert {"power_shoulder", "tau_elbow", "elbow.tau", "energy_kinetic"} <= {*found.frame().columns}
+    assert {"power_shoulder", "tau_elbow", "elbow.tau", "energy_kinetic"} <= {*found.to_frame().columns}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("machine", ["planar_2r", "delta", "five_bar"])
 def test_what_motors_put_in_is_stored(machine: str) -> None:
     """The energy model does not know of torques: its change is their work, by Simpson's rule."""
@@ -48,6 +50,7 @@ def test_what_motors_put_in_is_stored(machine: str) -> None:
     assert energy.largest > 1e-4 and abs(energy.left_over) <= 1e-7 * max(energy.largest, abs(energy.stored))
 
 
+@pytest.mark.thorough
 def test_forces_on_frames_are_carried_by_the_motors() -> None:
     force = {"at": "tip", "fy": 100.0, "in": 0.1}
     (found,) = se.simulate(ARM, {"motion": {**MOTION, "forces": [force]}})
@@ -57,6 +60,7 @@ def test_forces_on_frames_are_carried_by_the_motors() -> None:
     np.testing.assert_allclose(found.motion.tau[-1] - free.motion.tau[-1], -100.0 * tip, rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("move.toml").write_text(
@@ -64,7 +68,7 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     )
     asked = ("simulate", ARM, "--scene", "move.toml")
     out = run(*asked, "--step", "0.01", "--out", "move.csv", "--plots", "plots").stdout
-    assert "motors that follow exactly move every joint" in out and "largest power, W" in out and "J put in" in out
+    assert "motors that follow exactly move every joint" in out and "peak power, W" in out and "J put in" in out
     header, *rows = Path("move.csv").read_text().splitlines()
     assert len(rows) == 101
     columns = dict(zip(header.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
@@ -87,6 +91,7 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     assert "--step: 0 s is not a time" in refused(*asked, "--step", "0")
 
 
+@pytest.mark.thorough
 def test_motions_are_a_list_with_tables_a_frame_and_plots() -> None:
     shorter = {**MOTION, "duration": 0.9}
     scene = {"motion": [MOTION, shorter], "wanted": {"outputs": ["tip.x"]}}

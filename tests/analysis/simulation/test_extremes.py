@@ -14,13 +14,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.analysis.ladder.rungs import ladder
+from symoro_elastic.analysis.ladder.rungs import ladder_of_prediction, prediction_of
 from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.analysis.simulation.prediction.step_error import MOST_STEPS
 from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
 from symoro_elastic.analysis.simulation.simulate import Request, Simulating, simulate
-from symoro_elastic.codegen.integration.methods import METHODS
-from symoro_elastic.codegen.integration.w_methods import WMethod
+from symoro_elastic.codegen.integration.tableaus import METHODS, WMethod
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -29,7 +28,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, Move, PrescribedMotion, Wobble
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.simulation.carriage import carriage, moved, true_motion, values
 from tests.analysis.simulation.with_parameters import StepsWithParameters
 
@@ -75,7 +74,7 @@ def error(method: str, steps: int, times: float, damping: float) -> float:
     return float(np.abs(found - wanted).max())
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("damping", [0.0, 0.05])
 @pytest.mark.parametrize("method", ["w2", "w3"])
 def test_the_same_steps_suffice_at_any_stiffness(method: str, damping: float) -> None:
@@ -95,6 +94,7 @@ def test_errors_go_down_by_the_order_at_any_stiffness(method: str, damping: floa
     assert fine < REFERENCE or math.log2(coarse / fine) > METHODS[method].order - 0.3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("times", [1e4, 1e8])
 def test_deflections_of_stiff_springs_are_those_of_statics(times: float) -> None:
     """Motors follow exactly: -reaction / k, with springs locked; inertia of the deflection is 1e-5 of it or less."""
@@ -111,6 +111,7 @@ def test_deflections_of_stiff_springs_are_those_of_statics(times: float) -> None
     assert np.abs(found.q[:, 1:] - wanted).max() < 1e-4 * np.abs(wanted).max()
 
 
+@pytest.mark.thorough
 def test_an_explicit_method_at_any_stiffness_is_not_tried_step_by_step() -> None:
     """The steps that RK4 bears are said at once, however many; another method is taken."""
     machine = stiff_carriage(1e8)
@@ -168,6 +169,7 @@ def oscillator_steps(stiffness: float) -> CompiledSteps:
     return compiled(toml.read(OSCILLATOR.format(stiffness=stiffness), "o.toml"), "w2", "w3")
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("h", [1e-9, 1e-6, 1e-3, 1.0])
 @pytest.mark.parametrize("name", ["w2", "w3"])
 def test_steps_of_any_size_are_those_of_the_method(name: str, h: float) -> None:
@@ -220,6 +222,7 @@ def test_massless_bodies_in_series_are_refused() -> None:
     assert "first" in str(caught.value) and "last" in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("first", [6e4, 1e12])
 def test_condensed_they_move_as_one_spring(first: float) -> None:
     """k1 k2/(k1 + k2) under the inertia force of the motion, against Duhamel's integral by the trapezoidal rule."""
@@ -238,12 +241,13 @@ def test_condensed_they_move_as_one_spring(first: float) -> None:
 # Static springs that are softer than their load
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("part", "fits"), [(0.5, False), (5.0, True)])
 def test_no_rung_has_a_spring_static_that_its_load_bends_further(part: float, fits: bool) -> None:
     """Half of the stiffness that holds the arm upright: it hangs at the start, and is upright in the middle."""
     machine = toml.read(PENDULUM.replace("400", repr(part * 9.81 * 0.3)), "pendulum.toml")
     motion = PrescribedMotion(0.8, {"motor": -math.pi / 2}, (Move("motor", math.pi, 0.0, 0.6),), source="scene.toml")
-    (_, static, *_) = ladder(machine, [motion], {"arm.q": 1e6}).rungs
+    (_, static, *_) = ladder_of_prediction(prediction_of(machine, [motion], {"arm.q": 1e6})).rungs
     assert static.left_out == ("arm",) and not static.locked
     assert (static.chosen is not None) == fits
 
@@ -276,6 +280,7 @@ def test_strokes_and_speeds_without_measure_are_refused_by_name(words: str) -> N
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("by", "servo"), [(1e5, None), (1e6, SERVO), (0.1, Gains(1e300, 1e300))])
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_what_overflows_is_said(by: float, servo: Bandwidth | Gains | None) -> None:

@@ -7,11 +7,11 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.generation.fmu.outputs import asked_frames
+from symoro_elastic.generation.fmu.programs import asked_frames
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.models.model import Frame
+from symoro_elastic.models.bound.model import Frame
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 TURN = 1.2
@@ -126,6 +126,7 @@ def test_on_a_base_that_floats_small_motions_are_those_of_another_name() -> None
     assert not np.array_equal(other.Cv[1], other.Cv[2])
 
 
+@pytest.mark.thorough
 def test_modes_and_thrusts_on_such_a_base_too() -> None:
     first, second = (se.modes(floating_arm(name), hold=["all"], hover=True) for name in ("turret", "base"))
     assert np.array_equal(first.frequencies, second.frequencies)

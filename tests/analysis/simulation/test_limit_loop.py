@@ -81,6 +81,7 @@ def test_backlash_makes_a_limit_loop() -> None:
     assert abs(last / before - 1) < 0.02
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("measured", ["load.z", "load at (0, 0, 0.2).z", "load.q"])
 def test_loads_are_measured_by_even_steps(measured: str) -> None:
     """As adapted steps measure them; the deflection of a spring is no position of a load, and is refused."""

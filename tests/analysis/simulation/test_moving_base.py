@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.ladder.rungs import ladder
+from symoro_elastic.analysis.ladder.rungs import ladder_of_prediction, prediction_of
 from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
 from symoro_elastic.analysis.simulation.moving_base import quaternion, rotations
 from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
@@ -102,6 +102,7 @@ def exact(variant: str) -> Array:
     return integrated(of.machine, equations, at, variant, of.duration, OfReference(of), 1e-10)
 
 
+@pytest.mark.sampled(5)
 @needs_compiler
 @pytest.mark.parametrize(("way", "variant"), [("even", "_servo"), ("adapted", "_servo"), ("exact", "_driven")])
 def test_motions_end_where_pinocchio_says(way: str, variant: str) -> None:
@@ -116,6 +117,7 @@ def test_motions_end_where_pinocchio_says(way: str, variant: str) -> None:
     assert way == "adapted" or 1e-10 < max(found.errors.values()) < 1e-3
 
 
+@pytest.mark.thorough
 @needs_compiler
 @pytest.mark.parametrize("way", ["even", "adapted", "exact"])
 def test_energy_is_balanced_and_rotations_stay_rotations(way: str) -> None:
@@ -175,6 +177,7 @@ def test_momentum_stays_while_the_arm_moves() -> None:
     assert np.abs(momenta - momenta[0]).max() < 1e-9 * np.abs(momenta).max()
 
 
+@pytest.mark.thorough
 @needs_compiler
 def test_a_body_without_joints_flies() -> None:
     """It falls by g t^2 / 2, and turns about its axis of symmetry."""
@@ -259,9 +262,10 @@ def test_a_base_of_known_acceleration_has_no_motion() -> None:
 def test_the_ladder_is_refused() -> None:
     machine = arm()
     with pytest.raises(InputError, match="ladder: not offered on a floating base"):
-        ladder(machine, [reference(MOVES).prescribed], {"base.x": 1e-3})
+        ladder_of_prediction(prediction_of(machine, [reference(MOVES).prescribed], {"base.x": 1e-3}))
 
 
+@pytest.mark.thorough
 @needs_compiler
 def test_steps_that_let_the_base_grow_out_of_range_are_refused() -> None:
     """A body that tumbles too fast for its steps: none of its joints tells, it has none."""

@@ -14,10 +14,10 @@ pytestmark = pytest.mark.sampled(4)
     ("wanted", "line"),
     [
         (Wanted(), ""),
-        (Wanted(period=1e-3), "a period of 1 ms takes 4 steps, 12 us on this computer"),
+        (Wanted(period=1e-3), "a period of 1 ms needs 4 steps, 12 us on this computer"),
         (Wanted(period=1e-3, time=13e-6), "... on this computer: within the 13 us that [wanted] allows"),
         (Wanted(period=1e-3, time=11e-6), "... on this computer: more than the 11 us that [wanted] allows"),
-        (Wanted(period=0.25e-3), "a period of 250 us takes 1 step, 3 us on this computer"),
+        (Wanted(period=0.25e-3), "a period of 250 us needs 1 step, 3 us on this computer"),
     ],
 )
 def test_steps_of_a_period_are_added_and_compared(wanted: Wanted, line: str) -> None:

@@ -285,7 +285,7 @@ def test_the_line_of_a_bad_sample_is_named(cell: str, said: str, tmp_path: Path)
 
 def test_a_record_that_is_not_there(tmp_path: Path) -> None:
     missing = replace(motion(file="none.csv"), source=str(tmp_path / "scene.toml"))
-    with pytest.raises(InputError, match=r"none\.csv: file: there is no such file"):
+    with pytest.raises(InputError, match=r"none\.csv: file: no such file"):
         reference_of(drive(), missing)
 
 
@@ -323,6 +323,7 @@ def test_motions_refused(said: str) -> None:
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.thorough
 def test_motors_on_dependent_joints_become_independent_where_they_follow_exactly() -> None:
     machine = closed_chain("gantry")
     servo = {joint.name: Gains(1e5, 1e3) for joint in machine.motor_joints}

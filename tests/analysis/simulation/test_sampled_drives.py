@@ -28,8 +28,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.state import State
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.models.packaging import trace_models
 from tests.analysis.control.test_closed_loops import plant_of
 from tests.analysis.simulation.test_driven import SHORT, drive, scene
 
@@ -63,6 +63,7 @@ ALL = {
 }
 
 
+@pytest.mark.thorough
 def test_the_c_of_the_controller_has_the_bits_that_were_simulated(tmp_path: Path) -> None:
     """Fed with what was measured it gives every torque and every state, limit and filters among them."""
     moves = scene(duration=0.1)["motion"]
@@ -91,8 +92,8 @@ class From(SampledMotion):
     def start(self) -> Array:
         return self.first[0].copy()
 
-    def begun(self) -> From:
-        other = super().begun()
+    def copy_at_start(self) -> From:
+        other = super().copy_at_start()
         other.held.torques = [self.first[1]]
         other._states = self.first[2]
         return other
@@ -121,6 +122,7 @@ def states(system: From, loop: SampledLoop, z: Array, periods: int, precision: f
     return np.array(simulated), np.array(expected)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("changes", [{}, {"measured": "arm at (0, 0, 0).rz", "Kv": 10}, {"dead_time": 1e-4}])
 def test_periods_are_those_of_the_exact_map_and_so_are_its_poles(changes: dict[str, Any], tmp_path: Path) -> None:
     """From a random state, with the motor or the load measured; the map again from the states, and its eigenvalues."""
@@ -190,6 +192,7 @@ def rigid(**changes: Any) -> dict[str, Any]:
     return machine
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("dead", [1e-3, 4e-4, 0.0])
 def test_a_limited_motor_is_that_of_an_own_integration(dead: float, tmp_path: Path) -> None:
     """A rigid motor under held torques moves in parabolas; the law with back-calculation written out."""
@@ -213,6 +216,7 @@ def test_a_limited_motor_is_that_of_an_own_integration(dead: float, tmp_path: Pa
     assert 20 < limited < 90
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("dead", [1e-3, 4e-4, 0.0])
 def test_even_steps_move_a_limited_motor_as_an_own_integration_does(dead: float) -> None:
     """In a duration that is no whole number of periods; steps of a motion that is a parabola are exact."""

@@ -17,7 +17,7 @@ from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import RISE, Reference
 from symoro_elastic.analysis.simulation.simulate import Request, Runs, Simulating, simulate
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -26,8 +26,8 @@ from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.closed_positions import Followed
-from symoro_elastic.numerics.values import given_values
+from symoro_elastic.numerics.evaluation.closed_positions import Followed
+from symoro_elastic.numerics.evaluation.values import given_values
 from tests.analysis.ladder.motions import moved
 from tests.analysis.ladder.scenes import two_axis
 from tests.analysis.ladder.truth import Truth, generated_dynamics, pinocchio_dynamics
@@ -103,6 +103,7 @@ def test_an_oscillator_moves_as_in_closed_form() -> None:
     assert 0.5 < found.errors["load.q"] / wrong < 2 and found.is_within
 
 
+@pytest.mark.thorough
 def test_static_springs_deflect_by_the_inertia_that_they_carry() -> None:
     """q_load = -m a / k, and the tool is there; the motor moves as with a rigid drive."""
     rigid = restrict(drive(), Scene(static={"load": None}))
@@ -164,6 +165,7 @@ def test_errors_by_halving_are_true_within_a_factor_of_two(name: str, servo: boo
     assert seen.any() and (claimed[seen] <= 2 * wrong[seen]).all() and (wrong[seen] <= 2 * claimed[seen]).all()
 
 
+@pytest.mark.thorough
 def test_outputs_without_tolerance_may_miss_a_thousandth_of_their_deviation() -> None:
     """The largest deflection of the spring is found by the linear model, exactly for a linear machine."""
     found = simulate(driven(), Request())
@@ -188,6 +190,7 @@ def test_momentum_is_the_impulse_of_the_motor() -> None:
     assert momentum[halfway - 1] == pytest.approx(impulse, abs=1e-6 * np.abs(momentum).max())
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("damping", "method"), [(30.0, "w3"), (0.0, "midpoint")])
 def test_energy_is_balanced(damping: float, method: str) -> None:
     """What is left over goes down with the square or more of the step; dampers take what they do in truth."""
@@ -243,6 +246,7 @@ def test_both_integrators_agree_with_an_independent_motion(tmp_path: Path) -> No
         assert wrong < 1e-5 * np.abs(exact).max()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("servo", [False, True])
 def test_derivatives_of_the_right_side_are_differences(servo: bool, tmp_path: Path) -> None:
     system = CompiledMotion(swung(servo), tmp_path)
@@ -265,7 +269,7 @@ def pushed() -> tuple[Reference, Array, Array]:
     return reference, of.outputs(("elbow.q",), of.q)[:, 0, 0], of.motor_torques()[:, 0, motors]
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("method", [None, "w3", "rk4", "rodas4"])
 def test_forces_on_frames_move_the_machine(method: str | None) -> None:
     """By even steps, and by adapted ones (no method); torques of motors that follow exactly hold them too."""
@@ -278,6 +282,7 @@ def test_forces_on_frames_move_the_machine(method: str | None) -> None:
     assert abs(found.energy.left_over) < 1e-5 * found.energy.largest
 
 
+@pytest.mark.thorough
 def test_predicted_errors_of_steps_hold_under_forces() -> None:
     reference, *_ = pushed()
     found = simulate(reference, Request(("elbow.q",), {"elbow.q": 1e-6}, "w3", LONG / 100))
@@ -296,6 +301,7 @@ def test_static_springs_feel_forces() -> None:
     np.testing.assert_allclose(qdd, (found.motion.tau[:, 0] + push) / 8, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_steps_of_a_machine_without_forces_are_not_taken_under_forces(tmp_path: Path) -> None:
     force = AppliedForce("load", (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, 0.1)
     reference = moved(drive(), LONG, {"motor": (BY, LASTS)}, forces=[force])

@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 import symoro_elastic as se
-from symoro_elastic.analysis.singularities.factors import condition, factors
+from symoro_elastic.analysis.singularities.singularities import condition, factors
 from symoro_elastic.foundation.errors import InputError
 from tests.command_line import EXAMPLES, refused, run
 from tests.references.random_machines import chain
@@ -18,6 +18,7 @@ Q2, Q3, Q5, A, B, D = sympy.symbols("q2 q3 q5 a b d")
 sin, cos = sympy.sin, sympy.cos
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("product", "count"),
     [
@@ -46,6 +47,7 @@ def test_conditions_are_words() -> None:
     assert condition(A * cos(Q2) - B * sin(Q2 + Q3)) == "a*cos(q2) = b*sin(q2 + q3)"
 
 
+@pytest.mark.thorough
 def test_the_rx90_has_the_three_of_the_literature() -> None:
     """Khalil and Dombre 2002, 5.3: shoulder, elbow, wrist."""
     found = se.singularities(EXAMPLES / "rx90.par")
@@ -58,6 +60,7 @@ def test_the_rx90_has_the_three_of_the_literature() -> None:
     assert wrist.alike == ("j4", "j6")
 
 
+@pytest.mark.thorough
 def test_the_puma_has_an_elbow_of_its_own() -> None:
     """tan q3 = -RL4/D4, where the wrist is in line with the shoulder and the elbow."""
     found = se.singularities(EXAMPLES / "puma560.par")
@@ -65,6 +68,7 @@ def test_the_puma_has_an_elbow_of_its_own() -> None:
     assert len(found.positions) == 3
 
 
+@pytest.mark.thorough
 def test_the_factored_determinant_is_that_of_the_jacobian() -> None:
     machine = EXAMPLES / "puma560.par"
     model, found = se.load(machine, "jacobian_determinant"), se.singularities(machine)

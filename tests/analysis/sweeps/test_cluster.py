@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.sweeps import cluster
+from symoro_elastic.analysis.sweeps import running
 from symoro_elastic.analysis.sweeps.running import Workplace
 from symoro_elastic.api.options import Sweeping
 from symoro_elastic.api.sweeps import plan
@@ -42,7 +42,7 @@ def test_a_cluster_gives_the_figures_of_one_process(local: Any) -> None:
     ("address", "said"), [("nonsense", "is not an address"), ("tcp://127.0.0.1:9", "no scheduler answers there")]
 )
 def test_no_scheduler_is_one_line(address: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    monkeypatch.setattr(running, "PATIENCE", 0.3)
     with pytest.raises(InputError) as error:
         se.sweep(SLIDE, over={"m": [1.0, 2.0]}, of=squared, scheduler=address)
     assert said in str(error.value) and "\n" not in str(error.value)
@@ -51,7 +51,7 @@ def test_no_scheduler_is_one_line(address: str, said: str, monkeypatch: pytest.M
 def test_a_scheduler_that_goes_away_is_one_line_and_points_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "PATIENCE", 2.0)
+    monkeypatch.setattr(running, "PATIENCE", 2.0)
     planned, path = plan(se.read(SLIDE), Sweeping(over={"m": "1:4:40"}, of=squared)), tmp_path / "journal"
     going = distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=":0"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.sweeps.shares import ALL, interval_of
+from symoro_elastic.analysis.sweeps.sweep import ALL, interval_of
 from symoro_elastic.foundation.errors import InputError
 
 pytest.importorskip("scipy.stats")
@@ -30,6 +30,7 @@ TUNED = {**AXIS, "drives": {"motor": {**AXIS["drives"]["motor"], "Kp": "tuned", 
 SPREAD = {"TD": "2e-4:1.2e-3", "table.stiffness": "lognormal:2e7:0.3", "table.damping": "500:4000"}
 
 
+@pytest.mark.thorough
 def test_a_point_is_what_control_says_of_that_machine() -> None:
     over = {"TD": [3e-4, 8e-4], "table.stiffness": [1e7, 3e7]}
     found = se.sweep(AXIS, over=over, of="control", outputs=["table.z"])
@@ -81,6 +82,7 @@ PLACES = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [*PLACES, "resistance", "inductance", "back_emf"])
 def test_each_number_of_a_drive_is_swept_as_its_file_would_have_it(name: str) -> None:
     """By its place in the drive, or in the winding; as a sweep, and as a value."""
@@ -104,6 +106,7 @@ def test_each_number_of_a_drive_is_swept_as_its_file_would_have_it(name: str) ->
     assert axis.position.modulus == pytest.approx(other.position.modulus, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_what_a_drive_has_not_as_a_number_is_refused_by_name() -> None:
     for name, what in (
         ("motor.Kp", "it is KP: name KP in its place"),
@@ -126,6 +129,7 @@ def test_what_a_drive_has_not_as_a_number_is_refused_by_name() -> None:
         se.control(ELECTRIC, values={"motor.Tn": 0.0})
 
 
+@pytest.mark.thorough
 def test_slopes_of_a_largest_gain_are_those_that_control_names() -> None:
     """Dead time and stiffness, by per cent; in a sweep by central differences of 0.2 %."""
     given = se.control(AXIS).places[0].axes[0].limits[0].influences
@@ -136,6 +140,7 @@ def test_slopes_of_a_largest_gain_are_those_that_control_names() -> None:
         assert np.log(gains[2] / gains[0]) / np.log(near[2] / near[0]) == pytest.approx(given[name], rel=1e-4, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_gains_to_tune_are_found_once_for_the_machine_as_given() -> None:
     found = se.sweep(TUNED, over={"TD": [2e-4, 4e-4, 8e-4]}, of="control")
     modulus = found.figures["motor: position_modulus"]
@@ -158,6 +163,7 @@ def test_points_without_result_are_not_within() -> None:
     assert any("1 of 2" in str(part) or "50.0%" in str(part) for part in found.parts())
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     ("options", "what"),
     [
@@ -180,12 +186,13 @@ def test_a_machine_without_drives_is_refused() -> None:
         se.sweep({name: x for name, x in AXIS.items() if name != "drives"}, over={"KP": [1.0]}, of="control")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("sampling", ["random", "latin"])
 def test_intervals_hold_the_share_of_all_draws(sampling: str) -> None:
     """Of 300 samples of 40 unseen draws each, at three shares that are known: at least as many as are promised."""
     from symoro_elastic.analysis.sweeps.design import design
     from symoro_elastic.analysis.sweeps.ranges import Uniform
-    from symoro_elastic.analysis.sweeps.shares import shares
+    from symoro_elastic.analysis.sweeps.sweep import shares
 
     axes = {name: Uniform(0, 1) for name in ("a", "b")}
     for share in (0.5, 0.9, 0.99):

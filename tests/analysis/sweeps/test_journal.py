@@ -25,6 +25,7 @@ from symoro_elastic.api.sweeps import plan
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import permission
 from tests.analysis.sweeps.machines import SLIDE, squared, value
+from tests.command_line import EXAMPLES, refused
 
 ODD = Outcome({"a": 0.1 + 0.2, "b": math.inf, "c": -math.inf, "d": math.nan, "e": 5e-324}, "")
 
@@ -246,3 +247,11 @@ def test_a_sweep_without_room_is_refused_with_the_numbers(tmp_path: Path, monkey
     ):
         planned.run()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sweep_without_any_result_leaves_no_journal(tmp_path: Path) -> None:
+    given = ("sweep", EXAMPLES / "two_axis.toml", "--over", "ram.k=-1,-2", "--out", tmp_path / "out.csv")
+    assert "all 2 points without a result" in refused(*given) and list(tmp_path.iterdir()) == []
+    (tmp_path / "out.csv.journal").write_bytes(b"")
+    refused(*given)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.csv.journal"], "one that was there stays"

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.sweeps import processes
-from symoro_elastic.analysis.sweeps.processes import Processes
+from symoro_elastic.analysis.sweeps import running
+from symoro_elastic.analysis.sweeps.running import Processes
 from symoro_elastic.analysis.sweeps.tasks import Task
 from symoro_elastic.api.options import Sweeping
 from symoro_elastic.api.sweeps import plan
@@ -68,17 +68,18 @@ def test_a_process_that_dies_loses_nothing(tmp_path: Path) -> None:
     reasons = python(tmp_path, "-c", DYING).strip().split("|")
     with np.load(tmp_path / "found.npz") as arrays:
         squares = arrays["squared"]
-    assert {m: reason for m, reason in enumerate(reasons, 1) if reason} == {13: processes.DIED}
+    assert {m: reason for m, reason in enumerate(reasons, 1) if reason} == {13: running.DIED}
     assert np.isnan(squares[12])
     assert [x for m, x in enumerate(squares, 1) if m != 13] == [m**2 for m in range(1, 31) if m != 13]
     points = [json.loads(line)["point"] for line in (tmp_path / "journal").read_text().splitlines()[1:]]
     assert sorted(points) == list(range(30))
 
 
+@pytest.mark.thorough
 def test_processes_that_begin_anew_compute_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """They do where other threads run, which a copy of this process would not have."""
-    monkeypatch.setattr(processes.threading, "active_count", lambda: 2)
-    assert processes._context().get_start_method() == "spawn"
+    monkeypatch.setattr(running.threading, "active_count", lambda: 2)
+    assert running._context().get_start_method() == "spawn"
     planned = plan(se.read(SLIDE), Sweeping(over={"m": "1:2:3"}, of=squared))
     rows = list(enumerate(planned.design.points.tolist()))
     found = [pair for some in Processes(Task(planned.swept, planned.quantities), 1).outcomes(rows) for pair in some]

@@ -119,6 +119,7 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         se.sweep(SLIDE, over={"m": [1.0]}, of=function)  # type: ignore[arg-type]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -127,12 +128,12 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         ({"over": {"load.k": [1], "load.stiffness": [2]}}, "are the same quantity"),
         ({"over": {"drive": [1], "q.drive": [2]}}, "are the same quantity"),
         ({"over": {"load": [0.0]}}, "load is not held"),
-        ({"over": {"m": [1]}, "of": "speed"}, "there is no 'speed'"),
+        ({"over": {"m": [1]}, "of": "speed"}, "unknown 'speed'"),
         ({"over": {"m": [1]}, "of": "ladder", "hold": ["all"]}, "belongs to modes and response"),
         ({"over": {"m": [1]}, "outputs": ["load.z"]}, "outputs: belongs to"),
         ({"over": {"m": [1]}, "of": "simulation"}, "motion"),
         ({"over": {"m": [1]}, "hold": ["nope"]}, "no joint 'nope' moves"),
-        ({"over": {"drive": [1]}, "of": squared}, "give it a second argument"),
+        ({"over": {"drive": [1]}, "of": squared}, "give it a second one"),
         ({"over": {"m": [1]}, "results": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
         ({"over": {"m": [1]}, "workers": -2}, "workers: -2"),
         ({"over": {"m": [1]}, "workers": 2, "scheduler": "tcp://a:1"}, "leave out workers or scheduler"),
@@ -189,12 +190,13 @@ def test_slopes_where_a_figure_has_no_logarithm() -> None:
     assert local_slopes(below, below.points[:, 0] ** 2, 0) == pytest.approx([2.0] * 3, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_forms_of_a_result(tmp_path: Path) -> None:
     pd, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
     found = se.sweep(
         SLIDE, over={"m": [0.5, 2.0], "load.k": "1e4:1e5:3"}, of=lambda machine: {"a/b": 1 / (value(machine) - 0.5)}
     )
-    frame = found.frame()
+    frame = found.to_frame()
     assert list(frame.columns) == ["m", "load.k", "a/b", "reason"] and len(frame) == 6
     read = pd.read_csv(found.write(tmp_path / "a.csv"), keep_default_na=False, na_values=["nan"])
     assert list(read.columns) == ["m [kg]", "load.k [N/m]", "a/b", "reason"]

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import pickle
 import tempfile
 import tracemalloc
+import warnings
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.analysis.time_series import reading
-from symoro_elastic.analysis.time_series.reading import place_of_sample, read_arrays
+from symoro_elastic.analysis.time_series.reading import name_and_unit, place_of_sample, read_arrays
 from symoro_elastic.foundation.errors import InputError
 
 t = np.arange(60) / 10
@@ -77,7 +79,7 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "thousands.csv": (lambda: b"t;q_a\n0;1.234,5\n", "q_a: line 2: '1.234,5' is not a number"),
     "decimal_commas.csv": (lambda: b"t,q_a\n0,5,1,5\n", "line 2: has 4 cells, the header has 2"),
     "units_twice.csv": (lambda: b"t [ms],q_a\nms,rad\n0,1\n", "t [ms]: has its unit in line 2, too"),
-    "latin.csv": (lambda: "t,é\n0,1\n".encode("latin-1"), "UTF-8"),
+    "binary.csv": (lambda: b"t,\xe9\x01\n0,1\n", "UTF-8"),
     "nul.csv": (lambda: b"t,q\n0,\x001\n", "q: line 2"),
     "endless.csv": (lambda: b"t," + b"a" * 300_000, "line 1: is longer than 100000 characters"),
     "wide.csv": (lambda: ",".join(f"a{k}" for k in range(1001)).encode(), "1001 columns, 1000 is the limit"),
@@ -92,6 +94,17 @@ WRITTEN = {
     "semicolons and points": "t;q_a [deg];tau_a\n0;1.5;-2.25E-3\n.001;1e2;+3.\n",
     "tabs and decimal commas": "\n \nt\tq_a [deg]\ttau_a\n0\t1,5\t-2,25E-3\n\n0,001\t100\t3\n",
     "a line of units": "t,q_a,tau_a\ns,[deg],-\n0,1.5,-2.25e-3\n0.001,100,3\n",
+    "numpy.savetxt": "# t,q_a [deg],tau_a\n0.0,1.5,-2.25e-03\n1.0e-03,1.0e+02,3.0\n",
+    "Klipper": "#t,q_a [deg],tau_a\n0.0,1.5,-0.00225\n0.001,100.0,3.0\n",
+    "comments": "% on a Monday\nt,q_a [deg],tau_a\n# as above\n0,1.5,-2.25e-3\n// a pause\n0.001,100,3\n",
+    "spaces": "t q_a [deg] tau_a\n0.000  1.5  -2.25e-3\n0.001 100.0   3\n",
+    "spaces and decimal commas": "t q_a [deg] tau_a\n0,000  1,5  -2,25e-3\n0,001 100,0   3\n",
+    "preamble": "Name;Axis scope\nFile;c:\\scope.svdx\n\nt;q_a [deg];tau_a\n0;1,5;-2,25E-3\n0,001;100;3\n",
+    "delimiter at the end": "t,q_a [deg],tau_a,\n0,1.5,-2.25e-3,\n0.001,100,3,\n",
+    "delimiter at the end of rows": "t;q_a [deg];tau_a\n0;1.5;-2.25e-3;\n0.001;100;3;\n",
+    "units behind a comment": "# t q_a tau_a\n# [s] [deg] [-]\n0 1.5 -2.25e-3\n0.001 100 3\n",
+    "cut": "t,q_a [deg],tau_a\n0,1.5,-2.25e-3\n0.001,100,3\n0.002,10",
+    "cut in a number": "t,q_a [deg],tau_a\n0,1.5,-2.25e-3\n0.001,100,3\n0.002,100,3.2e-",
     "quoted": '"t";"q_a [deg]";"tau_a"\n"0";"1,5";"-0,00225"\n"0,001";"100";"3"\n',
 }
 
@@ -101,13 +114,51 @@ def test_tables_of_other_spreadsheets_are_those_of_commas(written: str, tmp_path
     """As LibreOffice and Excel write them where the decimal sign is a comma."""
     head = "t [s],q_a [deg],tau_a" if "units" in written else "t,q_a [deg],tau_a"
     (tmp_path / "a.csv").write_text(f"{head}\n0,1.5,-2.25e-3\n0.001,100,3\n")
-    (tmp_path / "b.csv").write_text(WRITTEN[written], encoding="utf-8-sig")
-    expected, found = read_arrays(tmp_path / "a.csv"), read_arrays(tmp_path / "b.csv")
-    assert found.keys() == expected.keys() and all(np.array_equal(found[name], expected[name]) for name in expected)
-    line = 6 if "tabs" in written else 4 if "units" in written else 3
+    expected = read_arrays(tmp_path / "a.csv")
+    for encoding in ("utf-8-sig", "utf-8", "utf-16"):
+        (tmp_path / "b.csv").write_text(WRITTEN[written], encoding=encoding)
+        found = read_arrays(tmp_path / "b.csv")
+        assert found.keys() == expected.keys() and all(np.array_equal(found[name], expected[name]) for name in expected)
+        assert bool(found.notes) == ("cut" in written)
+    lines = WRITTEN[written].split("\n")
+    line = next(k for k, text in enumerate(lines, start=1) if "100" in text or "1e2" in text or "e+02" in text)
     assert place_of_sample(tmp_path / "b.csv", 1) == f"sample 2, line {line}"
 
 
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("q_a [deg]", "q_a", "deg"), ("q_a (deg)", "q_a", "deg"), ("q_a(deg)", "q_a", "deg"), ("q_a/deg", "q_a", "deg"),
+        ("q_a [°]", "q_a", "°"), ("qd_a / (rad/s)", "qd_a", "(rad/s)"), ("qd_a/deg/s", "qd_a", "deg/s"),
+        ("t [ns]", "t", "ns"),
+        ("tau_a (N m)", "tau_a", "N m"), ("q_a", "q_a", None),
+        ("re tool.ax/tool.fx [g/N]", "re tool.ax/tool.fx", "g/N"),
+        ("re tool at (0.1, 0, L2).ax/tool.fx", "re tool at (0.1, 0, L2).ax/tool.fx", None), ("a/b", "a/b", None),
+    ],
+)  # fmt: skip
+def test_units_stand_behind_names_in_three_ways(header: str, name: str, unit: str | None) -> None:
+    assert name_and_unit(header) == (name, unit)
+
+
+def test_degree_signs_of_windows_are_read(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes("t;q_a [°]\n0;1,5\n0,1;2\n".encode("cp1252"))
+    assert [*read_arrays(tmp_path / "a.csv")] == ["t", "q_a [°]"]
+
+
+@pytest.mark.thorough
+def test_a_file_is_closed(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,q\n0,1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ResourceWarning)
+        read_arrays(tmp_path / "a.csv")
+        place_of_sample(tmp_path / "a.csv", 0)
+        (tmp_path / "a.csv").write_text("t,q\n0,x\n")
+        with pytest.raises(InputError):
+            read_arrays(tmp_path / "a.csv")
+        gc.collect()
+
+
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_files_are_refused_in_one_line(name: str, tmp_path: Path) -> None:
     content, words = HOSTILE[name]
@@ -149,11 +200,13 @@ EDITS = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 10**6), st.integers
 TABLE = "t,q_a,tau_a [N m]\n" + "".join(f"{x},{x**2},{-x}\n" for x in t)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("name", "whole"), [("x.csv", TABLE.encode()), ("x.npz", npz(t=t, q=np.stack([t, t], axis=1)))]
 )
 @settings(max_examples=200, deadline=None)
 @given(edits=EDITS)
+@example(edits=[(1, 0, 141)])
 def test_damaged_files_are_read_or_refused(name: str, whole: bytes, edits: list[tuple[int, int, int]]) -> None:
     """Bytes changed, cut out, doubled: numbers, or one line, and nothing else."""
     content = bytearray(whole)

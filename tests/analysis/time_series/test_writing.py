@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.time_series.measurements import read_columns
 from symoro_elastic.analysis.time_series.writing import columns_of, refuse_file, write_columns
 from symoro_elastic.foundation.errors import InputError
 from tests.analysis.vibration.machines import drive

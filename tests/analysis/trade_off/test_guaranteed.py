@@ -14,7 +14,6 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.analysis.trade_off import guaranteed
 from symoro_elastic.analysis.trade_off.guaranteed import (
-    Contribution,
     Grid,
     GuaranteedCurve,
     GuaranteedPoint,
@@ -22,15 +21,15 @@ from symoro_elastic.analysis.trade_off.guaranteed import (
     grids_of,
     path_through,
 )
-from symoro_elastic.analysis.trade_off.guaranteed_views import advice, guaranteed_parts
+from symoro_elastic.analysis.trade_off.views import advice, guaranteed_parts
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.machine.within import ALL_RESULTS, GUARANTEES, Evidence, Keep, Tolerance, Within
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import box_of
-from symoro_elastic.numerics.guarantees.certificate import Guarantee
+from symoro_elastic.numerics.within.budget import Error
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.program import OperationCount
 from tests.command_line import EXAMPLES, refused, run
@@ -45,12 +44,12 @@ def described(path: Path) -> DescribedMachine:
 
 
 def point(time: float, total: float) -> GuaranteedPoint:
-    part = Contribution(total, Guarantee.PROVEN)
-    none = Contribution(0.0, Guarantee.PROVEN)
+    part = Error(total, Evidence.PROVEN)
+    none = Error(0.0, Evidence.PROVEN)
     return GuaranteedPoint("recursion", "double", 0.0, 0, OperationCount(), none, part, 0.0, time)
 
 
-def within(tolerance: float, guaranteed: Guaranteed = Guaranteed.CONFIDENT) -> Within:
+def within(tolerance: float, guaranteed: Evidence = Evidence.CONFIDENT) -> Within:
     return Within({ALL_RESULTS: Tolerance(tolerance)}, Keep.TERMS, guaranteed)
 
 
@@ -62,18 +61,19 @@ def test_the_path_takes_what_saves_most_for_its_error_within_the_tolerance() -> 
     assert path_through([point(100, 2.0), point(120, 0.0)]) == (0,)
 
 
-@pytest.mark.parametrize("guaranteed", list(Guaranteed))
-def test_every_part_of_an_error_has_its_word(guaranteed: Guaranteed) -> None:
+@pytest.mark.thorough
+@pytest.mark.parametrize("guaranteed", list(GUARANTEES))
+def test_every_part_of_an_error_has_its_word(guaranteed: Evidence) -> None:
     scene = Scene(models=("inverse_dynamics",), within=within(0.1, guaranteed))
     (curve,) = curves_of(grids_of(described(TWO_R), scene), {})
-    word = Guarantee.PROVEN if guaranteed is Guaranteed.PROVEN else Guarantee.CONFIDENT
+    word = Evidence.PROVEN if guaranteed is Evidence.PROVEN else Evidence.CONFIDENT
     refuse_paths_that_turn(curve)
-    assert curve.points[0].left_out == 0 and curve.points[0].terms.error == 0 and curve.saved > 0
+    assert curve.points[0].left_out == 0 and curve.points[0].terms.value == 0 and curve.saved > 0
     for one in curve.points:
-        assert one.rounding.word is Guarantee.PROVEN and 0 < one.rounding.error < 1e-2
-        assert one.terms.word is (word if one.left_out else Guarantee.PROVEN)
-        assert one.unseen <= one.terms.error <= 1
-    assert "95 %: with 95% confidence" in str(guaranteed_parts(curve)) or word is Guarantee.PROVEN
+        assert one.rounding.evidence is Evidence.PROVEN and 0 < one.rounding.value < 1e-2
+        assert one.terms.evidence is (word if one.left_out else Evidence.PROVEN)
+        assert one.unseen <= one.terms.value <= 1
+    assert "95 %: with 95% confidence" in str(guaranteed_parts(curve)) or word is Evidence.PROVEN
     assert f"{curve.advised.left_out} terms left out" in advice(curve)
 
 
@@ -135,10 +135,11 @@ def test_the_inertia_matrix_takes_part_where_it_has_fewer_operations(monkeypatch
     (curve,) = curves_of(grids_of(described(TWO_R), scene), {})
     whole = {x.form: x for x in curve.points if not x.left_out and x.precision == "double"}
     assert {*whole} == {"recursion", "inertia"} and whole["recursion"].operations != whole["inertia"].operations
-    assert all(x.rounding.word is Guarantee.PROVEN for x in whole.values())
+    assert all(x.rounding.evidence is Evidence.PROVEN for x in whole.values())
     refuse_paths_that_turn(curve)
 
 
+@pytest.mark.thorough
 def test_the_time_of_a_precision_is_what_was_measured() -> None:
     scene = Scene(models=("inverse_dynamics",), within=within(0.1))
     grid = Grid(described(TWO_R), replace(scene, fold=ALL))
@@ -146,7 +147,7 @@ def test_the_time_of_a_precision_is_what_was_measured() -> None:
     counted = grid.points({})["inverse_dynamics"]
     by_name = {(x.share, x.precision): x.time for x in counted}
     assert by_name[0.0, "double"] == by_name[0.0, "single"] == by_name[0.0, "mixed"], "nothing is measured"
-    found = se.trade(TWO_R, "inverse_dynamics", within="10 %", effort="quick", states=4)
+    found = se.benchmark(TWO_R, "inverse_dynamics", within="10 %", effort="quick", states=4)
     compiled = [x for x in found.measurements["inverse_dynamics"] if x.configuration.build and x.configuration.is_safe]
     fastest = {x: min(one.ns for one in compiled if one.configuration.precision.name == x) for x in TYPES}
     whole = {x.precision: x.time for x in found.curves[0].points if not x.left_out}
@@ -156,16 +157,16 @@ def test_the_time_of_a_precision_is_what_was_measured() -> None:
 def test_parameters_without_values_are_refused() -> None:
     with pytest.raises(InputError, match="has no value"):
         grids_of(described(EXAMPLES / "flex4.par"), Scene(within=within(0.01)))
-    said = refused("trade", str(EXAMPLES / "flex4.par"), "--within", "1%", "--effort", "quick", "--states", "4")
+    said = refused("benchmark", str(EXAMPLES / "flex4.par"), "--within", "1%", "--effort", "quick", "--states", "4")
     assert "--within: " in said and "has no value" in said
-    assert "--keep: belongs to a tolerance" in refused("trade", str(TWO_R), "--keep", "terms")
+    assert "--keep: belongs to a tolerance" in refused("benchmark", str(TWO_R), "--keep", "terms")
 
 
 @pytest.mark.thorough
 def test_the_command_prints_one_path(tmp_path: Path) -> None:
     asked = (str(TWO_R), "--model", "inverse_dynamics", "--within", "5%", "--effort", "quick", "--tolerance", "1e-6")
-    printed = run("trade", *asked, "--plots", str(tmp_path)).stdout
+    printed = run("benchmark", *asked, "--plots", str(tmp_path)).stdout
     assert "operations against guaranteed error, of the tolerance" in printed
     assert (tmp_path / "inverse_dynamics_guaranteed.png").exists()
-    (curve,) = json.loads(run("trade", *asked, "--json").stdout)["curves"]
+    (curve,) = json.loads(run("benchmark", *asked, "--json").stdout)["curves"]
     assert curve["points"][curve["path"][-1]]["total"] <= 1

@@ -20,8 +20,9 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from symoro_elastic.analysis.trade_off import compilation, drift
+from symoro_elastic.analysis.trade_off import drift
 from symoro_elastic.analysis.trade_off import formulations as formulations_of_trade
+from symoro_elastic.analysis.trade_off import trade as of_trade
 from symoro_elastic.analysis.trade_off import trade as trade_module
 from symoro_elastic.analysis.trade_off.advice import sentence
 from symoro_elastic.analysis.trade_off.builds import FAST_MATH, NATIVE, PLAIN, WITH_LIBM, Build, flag_sets
@@ -31,13 +32,15 @@ from symoro_elastic.analysis.trade_off.configurations import (
     SINGLE_CALL,
     Configuration,
     Measurement,
+    Run,
+    Time,
     front,
+    time_runs,
 )
 from symoro_elastic.analysis.trade_off.drift import drifts
-from symoro_elastic.analysis.trade_off.factors import effects
 from symoro_elastic.analysis.trade_off.formulations import Formulation, formulations
-from symoro_elastic.analysis.trade_off.timing import Run, Time, time_runs
 from symoro_elastic.analysis.trade_off.trade import Request, Trade, trade
+from symoro_elastic.analysis.trade_off.views import effects
 from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
@@ -47,8 +50,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.arrays import evaluate_arrays
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.arrays import evaluate_arrays
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.accuracy import Errors, round_states, rounded_values
 from symoro_elastic.numerics.verification.states import moderate_states
 from tests.closed_chains.machines import without_closed_form
@@ -75,7 +78,7 @@ def printed() -> Iterator[dict[str, Any]]:
     options = ["--effort", "quick", "--states", "400", "--rounds", "1", "--tolerance", "1e-10", "--json"]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(trade_module, "PATIENCE", math.inf)
-        result = CliRunner().invoke(cli, ["trade", str(TWO_R), *ASKED, *options], catch_exceptions=False)
+        result = CliRunner().invoke(cli, ["benchmark", str(TWO_R), *ASKED, *options], catch_exceptions=False)
     yield json.loads(result.stdout)
 
 
@@ -101,6 +104,7 @@ def found(machine: Machine, *some: Measurement) -> Trade:
     return Trade(machine, Request(), {"inverse_dynamics": list(some)})
 
 
+@pytest.mark.thorough
 @given(st.lists(st.tuples(st.floats(1, 1e4), st.floats(1e-17, 1e-3) | st.just(math.inf)), max_size=12))
 def test_nothing_beats_the_front(form: Formulation, drawn: list[tuple[float, float]]) -> None:
     some = [figures(form, ns, error) for ns, error in drawn]
@@ -130,12 +134,13 @@ def test_what_is_advised_holds_at_states_that_were_not_tried(two_r: Machine, for
     assert known.advice(1e-6).fastest == (sure,) and known.advice(1e-3).fastest == (lucky,)
     said = sentence(known.advice(1e-3))
     assert said.startswith(
-        "Within a relative error of 1.0e-03, with 95% confidence at 100000 states that were not tried by the tail of "
+        "Within a relative error of 1.0e-03, with 95% confidence at 100000 unseen states by the tail of "
         "the errors, inputs in double"
     )
     assert "(worst of 100 states 1.0e-07, bound 1.0e-04)" in said
 
 
+@pytest.mark.thorough
 def test_rounding_of_inputs_counts(two_r: Machine) -> None:
     """The exact result is that of inputs in double: rounding them to single is more than rounding the result."""
     request = Request("quick", states=400, rounds=1)
@@ -221,6 +226,7 @@ KEYS = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_json_holds_every_point(printed: dict[str, Any]) -> None:
     points = printed["models"]["direct_dynamics"]["points"]
     assert all(set(point) == KEYS for point in points)
@@ -231,6 +237,7 @@ def test_json_holds_every_point(printed: dict[str, Any]) -> None:
     assert all(point["base"] and point["folded"] for point in points)
 
 
+@pytest.mark.thorough
 def test_errors_are_those_of_the_precision(printed: dict[str, Any]) -> None:
     """No machine of two joints loses half the digits; no rounding is better than a hundredth of a unit."""
     for point in printed["models"]["direct_dynamics"]["points"]:
@@ -239,6 +246,7 @@ def test_errors_are_those_of_the_precision(printed: dict[str, Any]) -> None:
         assert point["judged"] == 400
 
 
+@pytest.mark.thorough
 def test_the_commands_that_are_advised_work(
     printed: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -253,6 +261,7 @@ def test_the_commands_that_are_advised_work(
     assert Path("planar_2r.o").stat().st_size > 0
 
 
+@pytest.mark.thorough
 def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
     """N steps round a state N times: half an ulp at random grows as sqrt(N) = 220 units, a compensated sum does not."""
     double, mixed, compensated, single = (one["drift"] for one in printed["drift"])
@@ -263,7 +272,6 @@ def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
     assert double <= 1e-10 * printed["drift"][0]["energy"]
 
 
-@pytest.mark.thorough
 def test_the_drift_where_loops_are_assembled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Dependent variables follow from step to step: what is left of energy is as small as in closed form."""
     monkeypatch.setattr(drift, "STEPS", 5000)
@@ -273,6 +281,7 @@ def test_the_drift_where_loops_are_assembled(tmp_path: Path, monkeypatch: pytest
     assert mixed.drift > 1e3 * double.drift and single.drift > 3 * mixed.drift
 
 
+@pytest.mark.thorough
 def test_a_compensated_sum_keeps_what_rounding_takes(form: Formulation, two_r: Machine, tmp_path: Path) -> None:
     """100 000 changes of a thousandth of an ulp of 1 and less: the plain sum stays, the compensated one arrives."""
     direct, _ = formulations(two_r, Scene(models=("direct_dynamics",)), parameter_values(two_r))
@@ -288,6 +297,7 @@ def test_a_compensated_sum_keeps_what_rounding_takes(form: Formulation, two_r: M
     assert "_advance" not in "".join(render_c(form.package, SINGLE).values()), "only where a state is integrated"
 
 
+@pytest.mark.thorough
 def test_a_machine_without_accelerations_has_no_drift(two_r: Machine, tmp_path: Path) -> None:
     values = parameter_values(two_r) | {"m1": math.nan}
     with pytest.raises(InputError, match="no finite accelerations"):
@@ -306,6 +316,7 @@ def test_every_form_is_found_and_gives_the_same_results(two_r: Machine) -> None:
         assert np.allclose(other, qdd[0], rtol=1e-11)
 
 
+@pytest.mark.thorough
 def test_without_a_compiler_there_is_numpy(two_r: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     known = trade(two_r, Scene(models=("direct_dynamics",)), Request("quick", states=400, rounds=1))
@@ -314,13 +325,14 @@ def test_without_a_compiler_there_is_numpy(two_r: Machine, monkeypatch: pytest.M
     assert known.advice(1e-9).fastest[0].configuration.made_by == "numpy"
 
 
+@pytest.mark.thorough
 def test_a_flag_that_the_compiler_lacks_is_noted(tmp_path: Path) -> None:
     compiler = tmp_path / "poor"
     compiler.write_text('#!/bin/sh\ncase "$*" in *-ffast-math*) exit 1;; esac\nexec cc "$@"\n')
     compiler.chmod(0o755)
     sets, notes = flag_sets((str(compiler),))
     assert notes == [f"{compiler} has no -ffast-math: builds without it only"]
-    assert not any(FAST_MATH in flags for flags in (sets.best, *sets.others, *sets.every))
+    assert not any(FAST_MATH in flags for flags in (sets.best, *sets.variants, *sets.every))
 
 
 def test_a_build_that_fails_is_noted(
@@ -329,12 +341,12 @@ def test_a_build_that_fails_is_noted(
     def fails(*_: object) -> Path:
         raise CompilationFailed("gcc: killed")
 
-    monkeypatch.setattr(compilation, "compile_library", fails)
+    monkeypatch.setattr(of_trade, "compile_library", fails)
     jobs = [(form, Build(("gcc",), PLAIN, DOUBLE))]
     states = moderate_states(two_r, 3)
-    made, notes = compilation.compiled_configurations(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
+    made, notes = of_trade.compiled_configurations(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
     assert made == [] and notes == ["gcc O2, double: left out, gcc: killed"]
-    made, notes = compilation.compiled_configurations(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
+    made, notes = of_trade.compiled_configurations(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
     assert made == [] and "1 of 1 builds left out" in notes[0]
 
 
@@ -362,10 +374,11 @@ def test_what_is_no_function_of_a_state_is_refused(two_r: Machine, model: str) -
         trade(two_r, Scene(models=(model,)))
 
 
+@pytest.mark.thorough
 def test_a_tolerance_out_of_reach_ends_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     options = ["--effort=quick", "--states", "4", "--rounds", "1", "--tolerance", "1e-30", "--model", "inertia_matrix"]
-    result = CliRunner().invoke(cli, ["trade", str(TWO_R), *options])
+    result = CliRunner().invoke(cli, ["benchmark", str(TWO_R), *options])
     assert isinstance(result.exception, InputError) and "nearest is" in str(result.exception)
     assert "ns a state" in result.stdout, "the front is shown all the same"
 
@@ -387,6 +400,7 @@ def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
         assert known.plots().save(tmp_path, "svg")[0].read_bytes() == first
 
 
+@pytest.mark.thorough
 def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     """On a logarithmic scale, which matplotlib warns about where nothing is positive."""
     pytest.importorskip("matplotlib")

@@ -47,6 +47,7 @@ def test_ends_belong_to_ranges_but_for_rounding() -> None:
         assert len(found) == count
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("share", "count"), [(1.001, 0), (0.999, 1)])
 def test_compare_says_so(share: float, count: int) -> None:
     machine = se.read({**AXIS, "limits": {"drive": {"velocity": share * PEAK}}})

@@ -10,9 +10,8 @@ import pytest
 from mpmath import mpf
 
 from symoro_elastic.analysis.vibration.comparison import Compared, compare, rigid_limit
-from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
-from symoro_elastic.analysis.vibration.modes import Modes, modes, sensitivity
+from symoro_elastic.analysis.vibration.modes import Modes, kinetic_shares, modes, sensitivity, strain_shares
 from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.array_types import AnyArray
@@ -20,11 +19,11 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.reduced import rigid
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations, without_closed_form
 from tests.references.closed_chains import Chain, State, in_many_digits
@@ -73,6 +72,7 @@ def test_loops_without_closed_form_are_assembled() -> None:
         np.testing.assert_allclose(ours, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
 
 
+@pytest.mark.thorough
 def test_sensitivity_to_a_length_of_an_assembled_loop() -> None:
     joints = list(without_closed_form().joints)
     row = next(j for j, joint in enumerate(joints) if joint.name == "cross")
@@ -306,7 +306,7 @@ def test_a_parallelogram_by_loop_or_by_hand() -> None:
     np.testing.assert_allclose(one.eigenvalues, other.eigenvalues, rtol=0, atol=1e-9 * np.abs(one.eigenvalues).max())
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize(("name", "motors"), [("gantry", ["carriage_2"]), ("delta", ["arm_1", "arm_2", "arm_3"])])
 def test_motors_on_dependent_joints_become_independent(name: str, motors: list[str]) -> None:
     """The modes are those of the coordinates of the file, in which these motors follow from the loops."""

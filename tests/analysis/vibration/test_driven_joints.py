@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.time_series.measurements import read_columns
 from symoro_elastic.analysis.vibration.driven_joints import of_motors, with_motors_on_load_joints
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward, feed_forward, orders, save_feed_forward, starts
 from symoro_elastic.analysis.vibration.reference_trajectory import move
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.numerics.evaluation.assembled_states import start_of
 from tests.closed_chains.machines import machine as closed_chain
 from tests.codegen.test_time_steps import driven_at
 from tests.references.closed_chains import State
@@ -99,6 +99,7 @@ def _motors(of: FeedForward) -> list[str]:
     return ["carriage_1" if name == "carriage_2" else name for name in of.motors]
 
 
+@pytest.mark.thorough
 def test_motors_become_independent_where_loops_then_have_closed_forms() -> None:
     """A beam that is elastic: the motion that is wanted is that of the motors."""
     machine = closed_chain("gantry")
@@ -114,6 +115,7 @@ def test_motors_become_independent_where_loops_then_have_closed_forms() -> None:
         assert xdd[name] == pytest.approx(rows[2, k], rel=1e-9, abs=1e-9), name
 
 
+@pytest.mark.thorough
 def test_what_is_written_and_drawn_holds_joints_and_motors(tmp_path: Path) -> None:
     save_feed_forward(moved(), tmp_path / "move.npz")
     columns = read_columns(tmp_path / "move.npz", delta())
@@ -146,9 +148,7 @@ def test_what_is_refused_has_a_way_out() -> None:
         with_motors_on_load_joints(driven_at(closed_chain("ring"), "link_3"))
     gantry, idle = closed_chain("gantry_rigid"), ("cross_slide", "ram")
     joints = (replace(row, kind=Kind.PASSIVE) if row.name in idle else row for row in gantry.joints)
-    with pytest.raises(
-        InputError, match="2 motors cannot prescribe the motion of these 3 joints: lock some in a scene"
-    ):
+    with pytest.raises(InputError, match="2 motors cannot prescribe the motion of 3 joints: lock some in a scene"):
         found(replace(gantry, joints=tuple(joints)), {"carriage_1": 0.1})
     with pytest.raises(InputError, match=r"joint 4 \(arm_1\), kind: feed_forward: .* use the command feed-forward"):
         trace(delta(), "feed_forward")

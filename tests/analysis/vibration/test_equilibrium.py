@@ -52,6 +52,7 @@ def test_a_given_state_may_be_no_equilibrium() -> None:
     assert modes_of(pendulum()).frequencies[0] == pytest.approx(np.sqrt(9.81 / 0.7) / (2 * np.pi), rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_springs_that_sag_far() -> None:
     """Soft joints that carry 30 bodies: least squares alone end elsewhere, the potential energy leads on."""
     machine = random_machine(3, joints=30, kinds=("motor", "elastic", "fixed"), wrenches=False, friction=False)

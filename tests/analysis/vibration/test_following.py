@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from symoro_elastic.analysis.vibration import following
-from symoro_elastic.analysis.vibration.comparison_motion import along, move
-from symoro_elastic.analysis.vibration.following import MotorCurve, _integrated
+from symoro_elastic.analysis.vibration.comparison import along, move
+from symoro_elastic.analysis.vibration.following import MotorCurve, _integrate
 from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory, through
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Friction, Kind, Machine
@@ -59,6 +59,7 @@ def test_rates_of_a_motor_curve() -> None:
         np.testing.assert_allclose(row, polynomial.deriv(k)(fine), rtol=1e-8)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("amplitude", "most"), [(0.0, 30), (1e-3, 110)])
 def test_evaluations_of_a_swing(amplitude: float, most: int) -> None:
     """The bound on swings is one on work, whether the fastest mode is excited or not."""
@@ -71,7 +72,7 @@ def test_evaluations_of_a_swing(amplitude: float, most: int) -> None:
         return np.concatenate([y[2:], -squared * y[:2]])
 
     first = np.array([1e-3, amplitude, 0.0, 0.0])
-    _integrated(swinging, first, np.linspace(0.0, 1.0, 11), "m", lambda *_: None)
+    _integrate(swinging, first, np.linspace(0.0, 1.0, 11), "m", lambda *_: None)
     assert calls < most * 500
 
 
@@ -82,6 +83,7 @@ def with_dry_friction(kind: Kind) -> Machine:
     return machine_of("drive", motor, slide("load", 1, kind, 5.0, **rubbing, **law), parameters={"F": 1.5})
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", [Kind.ELASTIC, Kind.PASSIVE])
 def test_dry_friction_beyond_the_motors_is_refused(kind: Kind) -> None:
     machine = with_dry_friction(kind)
@@ -105,8 +107,8 @@ def test_motions_that_get_too_fast_are_refused(monkeypatch: pytest.MonkeyPatch) 
     """Neither a finite time of escape nor endless small steps end in anything but one line."""
     escaping = lambda _t, y: 1 + y**2  # noqa: E731  (tan t)
     with pytest.raises(InputError, match=r"m: t: the motion becomes too fast to integrate at 1\.57"):
-        _integrated(escaping, np.zeros(1), np.linspace(0.0, 3.0, 4), "m", lambda *_: None)
+        _integrate(escaping, np.zeros(1), np.linspace(0.0, 3.0, 4), "m", lambda *_: None)
     monkeypatch.setattr(following, "MOST_STEPS", 20)
     with pytest.raises(InputError, match="too fast to integrate at 0"):
-        _integrated(lambda t, _y: np.array([np.sign(np.sin(1e4 * t))]), np.zeros(1), np.array([0.0, 1.0]), "m",
+        _integrate(lambda t, _y: np.array([np.sign(np.sin(1e4 * t))]), np.zeros(1), np.array([0.0, 1.0]), "m",
                     lambda *_: None)  # fmt: skip

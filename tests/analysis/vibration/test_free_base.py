@@ -11,14 +11,13 @@ import pytest
 import scipy.linalg
 from click.testing import CliRunner
 
-from symoro_elastic.analysis.vibration.energies import kinetic_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
-from symoro_elastic.analysis.vibration.modes import modes, sensitivity
+from symoro_elastic.analysis.vibration.modes import kinetic_shares, modes, sensitivity
 from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.cli import cli
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.frames import COORDINATES
 from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, KnownOfBase, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
@@ -70,6 +69,7 @@ def test_response_of_two_masses_in_space() -> None:
     np.testing.assert_allclose(values[:, 1, 0], -square * K / below, rtol=1e-12)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees_in_space(seed: int) -> None:
     """Pinocchio's inertia matrix on a free-flyer and the springs of the table, by scipy."""

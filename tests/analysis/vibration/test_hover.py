@@ -16,8 +16,7 @@ from symoro_elastic.formats import write_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
-from symoro_elastic.numerics.motion.equilibrium import equilibrium
-from symoro_elastic.numerics.motion.hover import Thrusts, hover, thrusts_of, with_thrusts
+from symoro_elastic.numerics.motion.equilibrium import Thrusts, equilibrium, hover, thrusts_of, with_thrusts
 from tests.analysis.vibration.machines import WEIGHT, drive, spring
 from tests.analysis.vibration.test_free_base import M1, M2, K, pair
 from tests.command_line import refused, run
@@ -98,6 +97,7 @@ def test_thrusts_refused(machine: Machine, thrusts: Thrusts, said: str) -> None:
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.thorough
 def test_the_commands(tmp_path: Path) -> None:
     file = tmp_path / "craft.toml"
     write_machine(pair(WEIGHT), file)

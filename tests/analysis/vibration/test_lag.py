@@ -15,7 +15,7 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.programs.catalogue import trace
 from tests.analysis.vibration.machines import drive, machine_of, slide, spring
 from tests.analysis.vibration.test_reference_trajectory import (
     LOCKED,
@@ -79,6 +79,7 @@ def test_the_full_model_follows_through_damped_springs(
     assert errors[1] < best and errors[0] / errors[1] > 10
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [3, 5])
 def test_random_trees_with_damping_follow(seed: int) -> None:
     stiff = random_machine(seed, joints=3, kinds=(Kind.MOTOR,), branching=0.3, prismatic=0.4, symbolic=False)

@@ -12,9 +12,14 @@ import pytest
 import scipy.linalg
 
 import symoro_elastic as se
-from symoro_elastic.analysis.vibration.energies import GRAVITY_AND_LOADS, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.linearization import linearize
-from symoro_elastic.analysis.vibration.modes import sensitivity
+from symoro_elastic.analysis.vibration.modes import (
+    GRAVITY_AND_LOADS,
+    frame_shapes,
+    kinetic_shares,
+    sensitivity,
+    strain_shares,
+)
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
@@ -38,6 +43,7 @@ def two_axis() -> Machine:
     return read_machine(EXAMPLES / "two_axis.toml")[0]
 
 
+@pytest.mark.thorough
 def test_the_two_axis_machine() -> None:
     found = modes_of(two_axis(), PLACE)
     assert [round(f, 1) for f in found.frequencies] == PRINTED
@@ -46,7 +52,6 @@ def test_the_two_axis_machine() -> None:
     assert modes_of(two_axis(), {"motor_x": 0.3, "motor_y": 0.4}).frequencies[5] == pytest.approx(103.2, abs=0.06)
 
 
-@pytest.mark.thorough
 def test_the_two_axis_machine_against_50_digits() -> None:
     """Gravity tilts the bed under a motor X that is away from it: this motion drifts, and does not swing."""
     found = modes_of(two_axis(), PLACE)
@@ -113,6 +118,7 @@ def test_each_free_motor_is_at_exactly_0_hz(seed: int) -> None:
     np.testing.assert_allclose(found.eigenvalues[motors:], wanted, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_modes_from_lagrange_equations() -> None:
     """M and K of a loaded arm assembled from energies; the eigenproblem by scipy."""
     machine = planar_2r(elastic=(1, 2))
@@ -126,6 +132,7 @@ def test_modes_from_lagrange_equations() -> None:
     np.testing.assert_allclose(-800 * np.array(q), small_motions.as_floats(bias(q, rest)), rtol=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [1, 4])
 def test_equilibrium_and_frequencies_against_50_digits(seed: int) -> None:
     machine = random_machine(seed, joints=5, kinds=("motor", "elastic", "fixed"), friction=False, wrenches=False)

@@ -10,8 +10,7 @@ import pytest
 import scipy.integrate
 
 from symoro_elastic.analysis.time_series.measurements import Measurements, read_measurements, write_measurements
-from symoro_elastic.analysis.vibration.comparison import compare
-from symoro_elastic.analysis.vibration.comparison_motion import along, comparison_motion, move
+from symoro_elastic.analysis.vibration.comparison import along, compare, comparison_motion, move
 from symoro_elastic.analysis.vibration.reference_trajectory import through
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
@@ -102,6 +101,7 @@ def test_three_models_side_by_side() -> None:
     assert list(free.rigid.frequencies) == [0.0, 0.0]
 
 
+@pytest.mark.thorough
 def test_stiffer_springs_come_near_the_rigid_limit() -> None:
     lost = []
     for k in (2e4, 2e5):
@@ -128,6 +128,7 @@ def test_a_move_is_the_solution_of_the_equations() -> None:
     assert found.q[-1, 1] == pytest.approx(wanted, rel=1e-5)
 
 
+@pytest.mark.thorough
 def test_values_of_the_table_by_their_names() -> None:
     """`load.stiffness` is the number in the table, in `compare` as in `modes`."""
     changed, written = compare(drive(), {"load.stiffness": 3e4, "load.mass": 6.0}), compare(drive(m2=6.0, k=3e4))
@@ -135,6 +136,7 @@ def test_values_of_the_table_by_their_names() -> None:
     assert changed.losses[0].full == pytest.approx(written.losses[0].full, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_measured_motion(tmp_path: Path) -> None:
     """Losses on a record; velocities and accelerations by differences where it has none."""
     machine = drive()
@@ -154,6 +156,7 @@ def test_a_measured_motion(tmp_path: Path) -> None:
     assert torque.rigid[1] == pytest.approx(np.abs(5.0 * simulated.qdd[:, 1]).max(), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_trajectory_of_the_motors_alone(tmp_path: Path) -> None:
     """Springs follow the model along it: the motion is that of the move it was taken from."""
     machine = drive()
@@ -171,9 +174,9 @@ def test_a_trajectory_of_the_motors_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("columns", "word"),
     [
-        ({"q_motor": 1.0, "q_load": 1.0}, "m.npz: tau_motor: missing: give all joints and torques as measured, or a"),
+        ({"q_motor": 1.0, "q_load": 1.0}, "m.npz: tau_motor: missing; the file has t, q_motor, q_load: give all"),
         ({"q_load": 1.0}, "m.npz: q_motor, tau_motor: missing"),
-        ({"qd_motor": 1.0}, "m.npz: q_motor: missing: give it"),
+        ({"qd_motor": 1.0}, "m.npz: q_motor: missing; the file has t, qd_motor: give it"),
     ],
 )
 def test_motions_that_are_refused(columns: dict[str, float], word: str, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
-from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.time_series.measurements import read_columns
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward, feed_forward, notes, orders
 from symoro_elastic.analysis.vibration.reference_trajectory import along, move, read_reference, through, times
 from symoro_elastic.codegen.integration.tableaus import RK4, step
@@ -22,8 +22,8 @@ from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.values import parameter_values
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.vibration.machines import drive, machine_of, slide
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
@@ -105,6 +105,7 @@ def test_a_motion_that_no_deflection_balances_is_refused() -> None:
         feed_forward(soft, fast)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [3, 5])
 def test_random_trees_follow(seed: int) -> None:
     """All joints, springs in rows and in branches; without Coulomb's jumps the integration keeps its order."""
@@ -238,6 +239,7 @@ def test_how_smooth_a_curve_is(curve: Any, given: int) -> None:
 # The command
 
 
+@pytest.mark.thorough
 def test_the_command(tmp_path: Path) -> None:
     """Its file is read as a motion of the whole machine; the same bytes each time."""
     path = tmp_path / "flex4.toml"
@@ -286,8 +288,8 @@ REFUSED = {
     "--start load=1": "--start: no motor 'load'",
     "--sample-rate 0": "--sample-rate: 0 Hz for",
     "--sample-rate 1e12": "--sample-rate: 1e+12 Hz for",
-    "--motion none.csv": "none.csv: file: there is no such file",
-    "--out x.mat": "x.mat: --out: there is no format '.mat': end the name with .csv or .npz",
+    "--motion none.csv": "none.csv: file: no such file",
+    "--out x.mat": "x.mat: --out: unknown format '.mat': end the name with .csv or .npz",
     "--value load.stifness=3": "no parameter 'load.stifness'",
     "--scene none.toml": "none.toml",
 }

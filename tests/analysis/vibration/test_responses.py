@@ -12,7 +12,7 @@ from symoro_elastic.analysis.vibration.modes import modes
 from symoro_elastic.analysis.vibration.responses import frequency_grid, frequency_response, with_modal_damping
 from symoro_elastic.analysis.vibration.zeros import poles_and_zeros
 from symoro_elastic.machine.machine import Kind
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.analysis.vibration.machines import drive, linearized, machine_of, slide, spring, twins
 from tests.analysis.vibration.test_modes import PLACE, two_axis
 from tests.references.random_machines import planar_2r, random_machine

@@ -15,9 +15,16 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.linearization import (
+    Linearization,
+    linear_slopes,
+    linearize,
+    pole_slopes,
+    ratio_slopes,
+    response_slopes,
+    with_motors,
+)
 from symoro_elastic.analysis.vibration.modes import damped_poles
-from symoro_elastic.analysis.vibration.slopes import linear_slopes, pole_slopes, ratio_slopes, response_slopes
 from symoro_elastic.formats import read_machine
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
@@ -134,7 +141,7 @@ def slopes_in_many_digits(of: Callable[[dict[str, Any]], list[Any]], name: str, 
     return np.array([complex((a - b) / (2 * step)) for a, b in zip(up, down, strict=True)])
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", FILES)
 def test_responses_of_the_examples_in_50_digits(name: str) -> None:
     """1e-8 of the largest; all orders of output, a motor under a controller, springs that sag."""
@@ -199,6 +206,7 @@ def test_ratios_of_one_oscillator() -> None:
         np.testing.assert_allclose(slopes[name], -change / Z**2, rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_modal_damping_and_resonances() -> None:
     """An added damping ratio moves with M and K; lines on an undamped resonance are NaN."""
     path, at = EXAMPLES / "two_axis.toml", {"motor_x": 0.3}

@@ -14,7 +14,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
+from symoro_elastic.numerics.motion.equilibrium import refuse_soft_static
 from tests.command_line import ended
 
 pytestmark = pytest.mark.sampled(4)
@@ -83,6 +83,7 @@ def test_no_motion_is_simulated_with_them() -> None:
         reference_of(with_static(pendulum(0.99 * LIMIT), "lean"), PrescribedMotion(1.0))
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("stiffness", "warned"), [(0.99 * LIMIT, True), (1.01 * LIMIT, False), ('"k"', False)])
 def test_generate_warns_of_them(stiffness: float | str, warned: bool, tmp_path: Path) -> None:
     """Where the stiffness has no value there is nothing to warn of."""

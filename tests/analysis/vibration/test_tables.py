@@ -138,6 +138,7 @@ def test_torques_and_damping_that_are_rounding_are_zero() -> None:
     assert " 0 %" in text(modes_table(still))
 
 
+@pytest.mark.thorough
 def test_rounding_is_no_loss() -> None:
     """Two coaxial joints with rotors that turn with nothing: the reduced model is the full one but for rounding."""
     found = compare(arm(rotor=0.6, axial=0.0), ratios={"motor1": 7.5})
@@ -150,6 +151,7 @@ def test_rounding_is_no_loss() -> None:
     assert modes(linearized(arm())).frequencies[0] == 0.0
 
 
+@pytest.mark.thorough
 def test_pictures_of_responses_have_names_of_their_own(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
     """Two points of a body give two pictures; a response that is zero is a word in the legend, not a curve."""
     ins = ["one at (0, 1*2, 0).fy", "one at (0, 1/2, 0).fy"]
@@ -184,6 +186,7 @@ def test_a_motor_without_spring_is_never_ahead() -> None:
     assert [axis.get_ylabel() for axis in figure.axes] == ["reference, m", "torque, N"]
 
 
+@pytest.mark.thorough
 def test_models_that_are_the_same_have_no_column_of_errors() -> None:
     """A rigid machine is its own limit, and one without rotors that turn its own reduced model."""
     rigid, elastic = compare(machine_of("slide", slide("axis", 0, Kind.MOTOR, 2.0)), duration=1.0), compare(drive())
@@ -192,6 +195,7 @@ def test_models_that_are_the_same_have_no_column_of_errors() -> None:
     assert "rigid misses" in text(losses_table(elastic)) and "reduced misses" not in text(losses_table(elastic))
 
 
+@pytest.mark.thorough
 def test_the_example_of_the_package_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(__file__).parents[3])
     lines = str(vibration.__doc__).split("\n\n", maxsplit=2)[2]

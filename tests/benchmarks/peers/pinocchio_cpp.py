@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from tests.benchmarks.peers.headers import eigen, shipped
 from tests.references.pinocchio_model import model_of
 
 HERE = Path(__file__).parent
+NEWEST_CLANG = 22
+"""The newest version that is looked for."""
 LIMITS = (
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
     "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
@@ -40,18 +43,29 @@ def sources(name: str) -> dict[str, str]:
     return {file: (HERE / file).read_text(encoding="utf-8") for file in (name, "pinocchio_model.hpp")}
 
 
+def compilers() -> tuple[str, ...]:
+    """The newest g++ and clang++ that are installed: which of them makes Pinocchio faster depends on the model."""
+    newest = [f"clang++-{k}" for k in range(NEWEST_CLANG, 13, -1)]
+    clang = next((name for name in (*newest, "clang++") if shutil.which(name)), "")
+    return tuple(name for name in ("g++", clang) if name and shutil.which(name))
+
+
 @cache
-def library() -> ctypes.CDLL:
-    """Compiled with g++ -O3 -march=native, templates instantiated here: no slower than the shipped library."""
-    command = ["g++", "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared", *headers()]
-    return ctypes.CDLL(str(compiled(command, sources("pinocchio_double.cpp"))))
+def library(compiler: str, name: str) -> ctypes.CDLL:
+    """Compiled with -O3 -march=native, templates instantiated here: no slower than the shipped library."""
+    command = [compiler, "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared", *headers()]
+    return ctypes.CDLL(str(compiled(command, sources(name))))
 
 
-def contestant(model_file: Path, model: str, x: Array, results: int) -> Contestant:
-    """One of `ALGORITHMS` on the states of `x` (q, qd and the third argument of each)."""
+def contestants(model_file: Path, model: str, x: Array, results: int) -> list[Contestant]:
+    """One of `ALGORITHMS` on the states of `x` (q, qd and the third argument of each), by each compiler."""
     function, name = ALGORITHMS[model]
-    library().read_model(str(model_file).encode())
-    return keeping_results(f"Pinocchio {name}", entry(library(), function), x, results)
+    builds = []
+    for compiler in compilers():
+        made = library(compiler, "pinocchio_double.cpp")
+        made.read_model(str(model_file).encode())
+        builds.append(keeping_results(f"Pinocchio {name}, {compiler}", entry(made, function), x, results))
+    return builds
 
 
 def model_file(machine: Machine) -> Path:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.machine.machine import Machine
-from tests.benchmarks.contest import BUILD, Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.contest import BUILD, Array, Contestant, entry, keeping_results
 from tests.benchmarks.peers import pinocchio_cpp
 from tests.references.pinocchio_model import carried_frame
 
@@ -30,24 +30,26 @@ class Proximal:
 
 
 @cache
-def library() -> ctypes.CDLL:
-    """Compiled as `pinocchio_cpp`, with the same options."""
-    command = ["g++", "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared", *pinocchio_cpp.headers()]
-    found = ctypes.CDLL(str(compiled(command, pinocchio_cpp.sources("pinocchio_loops.cpp"))))
+def library(compiler: str) -> ctypes.CDLL:
+    found = pinocchio_cpp.library(compiler, "pinocchio_loops.cpp")
     found.settle.argtypes = [ctypes.c_double, ctypes.c_double, ctypes.c_int]
     return found
 
 
-def contestant(files: tuple[Path, Path], x: Array, proximal: Proximal) -> Contestant:
-    """`constraintDynamics` on the states of `x`: q, qd and forces of all joints; qdd of all joints."""
-    library().read_loops(*(str(file).encode() for file in files))
-    run = entry(library(), "constrained")
+def contestants(files: tuple[Path, Path], x: Array, proximal: Proximal) -> list[Contestant]:
+    """`constraintDynamics` on the states of `x`, by each compiler: q, qd, forces; qdd of all joints."""
+    return [_contestant(files, x, proximal, compiler) for compiler in pinocchio_cpp.compilers()]
+
+
+def _contestant(files: tuple[Path, Path], x: Array, proximal: Proximal, compiler: str) -> Contestant:
+    library(compiler).read_loops(*(str(file).encode() for file in files))
+    run = entry(library(compiler), "constrained")
 
     def settled(*arguments: object) -> float:
-        library().settle(proximal.accuracy, proximal.mu, proximal.steps)
+        library(compiler).settle(proximal.accuracy, proximal.mu, proximal.steps)
         return run(*arguments)
 
-    return keeping_results(proximal.name, settled, x, x.shape[1] // 3)
+    return keeping_results(f"{proximal.name}, {compiler}", settled, x, x.shape[1] // 3)
 
 
 def written(tree: Machine, met: Sequence[tuple[int, int]]) -> tuple[Path, Path]:

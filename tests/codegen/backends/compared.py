@@ -14,7 +14,7 @@ import symoro_elastic as se
 from symoro_elastic.api.loaded import LoadedModel
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.states import moderate_states
 from tests.closed_chains.machines import without_closed_form
 from tests.golden import GOLDEN, ROOT

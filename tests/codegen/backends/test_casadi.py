@@ -46,6 +46,7 @@ def as_columns(function: Any, arguments: list[Any]) -> list[Any]:
     return [x.reshape(shape) if shape[1] > 1 else x for x, shape in zip(arguments, shapes, strict=True)]
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("example", GOLDEN_MACHINES)
 @pytest.mark.parametrize("name", BOTH)
 def test_values_and_jacobians_of_golden_machines(example: str, name: str) -> None:
@@ -79,6 +80,7 @@ def test_loops_that_are_assembled() -> None:
         assert apart(function(*arguments), loaded("without_closed_form", "assemble").assemble(*arguments)) <= 4
 
 
+@pytest.mark.thorough
 def test_total_derivatives_of_loops_that_are_assembled() -> None:
     """By q alone q_dep is held; where `assemble` gives it, the Jacobian is the generated one."""
     models = ("assemble", "direct_dynamics", "direct_dynamics_derivatives")

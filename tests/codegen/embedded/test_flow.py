@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic.codegen.embedded.counted_loops import LoopBounds, loop_bounds
 from symoro_elastic.codegen.embedded.disassembly import UnknownProcessor, functions
-from symoro_elastic.codegen.embedded.flow import Unbounded, flow, most
+from symoro_elastic.codegen.embedded.report import LoopBounds, Unbounded, flow, loop_bounds, most
 
 HEAD = "\nt.o:     file format elf32-littlearm\n\nDisassembly of section .text:\n\n00000000 <f>:\nf():\n"
 

@@ -21,7 +21,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Table
 from symoro_elastic.generation import pipeline
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
+from symoro_elastic.models.packaging import trace_models
 from tests.benchmarks.steps import largest_stack
 from tests.command_line import ended, run
 from tests.references.random_machines import planar_2r
@@ -65,7 +65,8 @@ def test_the_wait_for_the_compiler_of_a_report_is_announced(tmp_path: Path) -> N
     """A cross compiler takes a minute for 30 joints: a line says what runs, before it runs."""
     announced: list[str] = []
     tools = tool_chain("gcc", "")
-    pipeline.generate(planar_2r(), Scene(), ("c",), tmp_path, announced.append, tools=tools)
+    options = pipeline.CodeOptions(tools=tools, announce=announced.append)
+    pipeline.generate(planar_2r(), Scene(), ("c",), tmp_path, options)
     assert announced[-2:] == [f"compile: {tools.command}", "write"]
 
 
@@ -108,7 +109,6 @@ def executed(program: Path, function: str) -> int:
     return int(re.findall(r"Collected : (\d+)", done.stderr)[0])
 
 
-@pytest.mark.thorough
 @needs_gcc
 @needs_valgrind
 def test_a_straight_line_executes_as_many_instructions_as_are_reported(program: Path) -> None:
@@ -116,6 +116,7 @@ def test_a_straight_line_executes_as_many_instructions_as_are_reported(program: 
     assert costs(report("gcc"))[name][0] == executed(program, name)
 
 
+@pytest.mark.sampled(2)
 @needs_gcc
 @needs_valgrind
 @pytest.mark.parametrize("function", ["direct_dynamics", "step_w2_servo"])
@@ -172,7 +173,7 @@ BAD = {
     ("--compiler-flags", "-O3"): "--compiler-flags: belongs to the report",
     ("--report", "--compiler-flags", "'-O3"): '--compiler-flags: "\'-O3" has an unmatched quotation mark',
     ("--report", "--target", "numpy"): "--report: concerns the C code: add --target c",
-    ("--report", "--compiler-flags", "-mcpu=nothing"): "planar_2r.toml: --report: gcc: ",
+    ("--report", "--compiler-flags", "-mcpu=nothing"): "symoro-elastic: C compiler: gcc: ",
 }
 
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.codegen.integration.methods import METHODS, times_of
+from symoro_elastic.codegen.integration.tableaus import METHODS, times_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine, Orientation
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from symoro_elastic.codegen.c.steps import render_runs, runs
 from symoro_elastic.codegen.compile import compile_library
-from symoro_elastic.codegen.integration.methods import METHODS, times_of
+from symoro_elastic.codegen.integration.tableaus import METHODS, times_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
@@ -22,8 +22,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.codegen.integration.floating_motions import FloatingState, rotation, start
 from tests.compiled_models import cell, vector
 from tests.generated_code import COMPILERS
@@ -94,6 +94,7 @@ def euler(at: FloatingState, t: float) -> tuple[Array, Array, Array]:
     return turned, at.P0 + speed * t, np.concatenate([turned.T @ speed, about_axis.T @ w])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", METHODS_ON_BASE)
 @pytest.mark.parametrize("turned", Orientation)
 def test_a_symmetric_body_turns_as_euler_says(turned: Orientation, method: str) -> None:
@@ -141,6 +142,7 @@ def momentum(states: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("method", METHODS_ON_BASE)
 def test_momentum_stays_in_free_flight(method: str) -> None:
     """An arm of springs and a free joint: what the steps lose of it is of their order."""
@@ -152,6 +154,7 @@ def test_momentum_stays_in_free_flight(method: str) -> None:
     assert lost[1] < 1e-3 and np.log2(lost[0] / lost[1]) > METHODS[method].order - 0.5
 
 
+@pytest.mark.thorough
 def test_energy_stays_over_a_long_free_motion() -> None:
     """Midpoint rule, 200 000 steps without losses: the energy swings, and does not drift."""
     at = start(machine("arm"), 3)

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
-from symoro_elastic.codegen.integration.w_methods import W3
+from symoro_elastic.codegen.integration.tableaus import METHODS, W3, nodes_of
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
@@ -23,8 +22,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from symoro_elastic.quantities.time_steps import TimeStep
 from tests.closed_chains.machines import machine as of_loops
 from tests.closed_chains.machines import situations

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.traced import trace_models
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.models.packaging import trace_models
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.closed_chains.machines import machine as coupled_machine
 from tests.codegen.integration.floating_motions import course, integrated, start, stepped
 from tests.models.test_creep import creeping

@@ -11,9 +11,7 @@ from functools import partial
 
 import pytest
 
-from symoro_elastic.codegen.integration.rosenbrock import RODAS4
-from symoro_elastic.codegen.integration.tableaus import Coefficients
-from symoro_elastic.codegen.integration.w_methods import W2, W3, WMethod
+from symoro_elastic.codegen.integration.tableaus import RODAS4, W2, W3, Coefficients, WMethod
 from tests.codegen.integration.test_tableaus import Tree as PlainTree
 from tests.codegen.integration.test_tableaus import density as plain_density
 from tests.codegen.integration.test_tableaus import trees as plain_trees

@@ -93,6 +93,13 @@ FLOATING = """
   <actuator><motor joint="hip"/><motor joint="wag"/></actuator>
 </mujoco>
 """
+HULL = """
+<mujoco model="hull"><worldbody><body name="hull" pos="0 0 1" euler="20 0 10"><freejoint/>
+  <inertial pos="0.1 0.02 -0.05" mass="3" fullinertia="0.05 0.07 0.06 0.004 -0.003 0.002"/>
+  <body name="mast" pos="0.2 0 0.1"><geom type="box" size="0.01 0.02 0.3"/><site name="lamp" pos="0 0 0.3"/></body>
+</body></worldbody></mujoco>
+"""
+"""A floating body without joints."""
 SWITCHED_OFF = """
 <mujoco model="switched_off">
   <option><flag gravity="disable" spring="disable" damper="disable"/></option>
@@ -119,11 +126,39 @@ COPIES = """
 """
 """Frames, copies, inertias of shapes in place of given ones."""
 
+FINGER = """
+<body name="{s}_lever" pos="0 {y} 0.06" quat="{q}">
+  <inertial mass="0.011" pos="0 0.02 0.002" diaginertia="3e-6 2.5e-6 1e-6"/>
+  <joint name="{s}_drive" armature="0.004" damping="0.08"/>
+  <body name="{s}_bar" pos="0 0.03 -0.005">
+    <inertial mass="0.013" pos="0 0.002 0.02" diaginertia="4e-6 3e-6 1.5e-6"/><joint name="{s}_pin"/></body></body>
+<body name="{s}_rocker" pos="0 {z} 0.066" quat="{q}">
+  <inertial mass="0.02" pos="0 0.02 0.02" diaginertia="9e-6 6e-6 4e-6"/>
+  <joint name="{s}_sprung" stiffness="0.06" springref="1.9" damping="0.0015"/>
+  <body name="{s}_tip" pos="0 0.05 0.04">
+    <inertial mass="0.012" pos="0 -0.01 0.012" diaginertia="3e-6 2e-6 1.5e-6"/>
+    <joint name="{s}_turn" pos="0 -0.02 0.006"/><site name="{s}_pad" pos="0 -0.02 0.03" euler="0 0 40"/></body></body>
+"""
+GRIPPER = f"""
+<mujoco model="gripper"><default><joint axis="1 0 0"/></default><worldbody><body name="palm" euler="20 0 30">
+{FINGER.format(s="right", y=0.028, z=0.012, q="1 0 0 0")}{FINGER.format(s="left", y=-0.028, z=-0.012, q="0 0 0 1")}
+</body></worldbody>
+<tendon><fixed name="both"><joint joint="right_drive" coef="0.5"/>
+<joint joint="left_drive" coef="0.5"/></fixed></tendon>
+<equality><connect anchor="0 0.001 0" body1="right_tip" body2="right_bar"/>
+<connect anchor="0 0.001 0" body1="left_tip" body2="left_bar"/>
+<joint joint1="right_drive" joint2="left_drive" polycoef="0 1 0 0 0"/></equality>
+<actuator><general tendon="both" gear="2"/></actuator></mujoco>
+"""
+"""Two fingers of five bars, whose levers are coupled and driven by one tendon."""
+
 ROBOTS = {
     "springs": SPRINGS,
     "several": SEVERAL,
     "sprung_motors": SPRUNG_MOTORS,
     "floating": FLOATING,
+    "damped_base": FLOATING.replace('<freejoint name="root"/>', '<joint type="free" name="root" damping="0.7"/>'),
+    "hull": HULL,
     "switched_off": SWITCHED_OFF,
     "copies": COPIES,
 }

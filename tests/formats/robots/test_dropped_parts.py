@@ -73,7 +73,7 @@ def test_what_is_asked_for_is_left_out_and_no_more() -> None:
         "convert", "arm.toml", "arm.urdf", "--drop", "rotors"
     )
     assert "--drop rotors" in refused("convert", "arm.toml", "arm.urdf", "--drop", "springs")
-    assert "--drop: there is no 'bodies': choose from rotors, springs, loops" in refused(
+    assert "--drop: unknown 'bodies': choose from rotors, springs, loops" in refused(
         "convert", "arm.toml", "arm.urdf", "--drop", "bodies"
     )
     assert run("convert", "stiff.toml", "same.toml", "--drop", "springs,rotors").stderr == ""
@@ -89,7 +89,7 @@ def test_without_loops_the_tree_is_left() -> None:
     ran = run("convert", "bars.toml", "bars.urdf", "--drop", "loops")
     lines = [
         "left out: the loops bars (pin and end), which are open: the frames in brackets should meet",
-        "joints of these loops without motors are driven as others are: rod, rocker",
+        "joints of the loops without motors are driven like others: rod, rocker",
     ]
     assert [line.removeprefix("note: ") for line in ran.stderr.splitlines()] == lines
     text = Path("bars.urdf").read_text()
@@ -130,7 +130,7 @@ TREE = (
 
 
 def test_springs_beside_motors_are_left_out_and_the_motors_stay() -> None:
-    """MJCF has both on a joint; its table has a loop for each spring, which goes with it."""
+    """MJCF has both on a joint."""
     pytest.importorskip("mujoco")
     from tests.formats.robots.mjcf_samples import SPRUNG_MOTORS
 
@@ -138,7 +138,7 @@ def test_springs_beside_motors_are_left_out_and_the_motors_stay() -> None:
     Path("sprung.xml").write_text(turned)
     Path("bare.xml").write_text(turned.replace('stiffness="40"', "").replace('stiffness="200"', ""))
     ran = run("convert", "sprung.xml", "sprung.urdf", "--drop", "springs,rotors")
-    assert "left out: the springs of j1_spring, j2_spring, j3_spring;" in ran.stderr
+    assert "left out: the springs of j1, j2, j3" in ran.stderr
     run("convert", "bare.xml", "bare.urdf", "--drop", "rotors")
     first, second = (se.read(path, warn=lambda _: None) for path in ("sprung.urdf", "bare.urdf"))
-    assert first.joints == second.joints and not first.loops
+    assert first.joints == second.joints

@@ -73,7 +73,7 @@ def test_positions_of_the_table_are_those_of_the_robot() -> None:
         at_zero = dict.fromkeys(names, 0.0)
         ours = [pinocchio_model.frames(machine, np.array([x[name] for name in names])) for x in (q, at_zero)]
         moved = ours[0][-1] @ np.linalg.inv(ours[1][-1])
-        theirs = [Robot(TURNED).frames(x)["d"] for x in (q, at_zero)]
+        theirs = [Robot(TURNED).frames(x)["link", "d"][0] for x in (q, at_zero)]
         assert moved == pytest.approx(theirs[0] @ np.linalg.inv(theirs[1]), abs=1e-12)
         assert first is None or not np.allclose(first, moved)
         first = moved

@@ -12,8 +12,8 @@ import pytest
 from symoro_elastic.formats.reading import read
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.numerics.implementations import numpy_model
-from tests.formats.robots.mjcf_samples import ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
+from symoro_elastic.numerics.verification.implementations import numpy_model
+from tests.formats.robots.mjcf_samples import GRIPPER, ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
 
 pytest.importorskip("mujoco")
 
@@ -37,11 +37,13 @@ def worst(text: str, folder: Path, states: int = 3) -> float:
     return max(found.forces, found.frames, found.accelerations)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_inverse_and_forward_dynamics_and_frames_are_mujocos(name: str, tmp_path: Path) -> None:
     assert worst(ROBOTS[name], tmp_path) < EXACT
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(6))
 def test_those_of_random_robots_too(seed: int, tmp_path: Path) -> None:
     assert worst(random_robot(seed), tmp_path) < EXACT
@@ -71,10 +73,9 @@ def test_without_any_actuator_joints_are_driven(tmp_path: Path) -> None:
     assert machine.origin.remarks[0] == "the file has no actuators: joints without springs are taken as driven"
 
 
-def test_a_spring_beside_a_motor_counts_whole_turns_without_a_cost(tmp_path: Path) -> None:
-    """Its loop is a constant map: no angle is computed."""
+def test_a_spring_beside_a_motor_needs_no_row_and_counts_whole_turns(tmp_path: Path) -> None:
     machine = machine_of(SPRUNG_MOTORS, tmp_path)
-    assert kinds(machine)["j1"] == "motor" and kinds(machine)["j1_spring"] == "elastic"
+    assert kinds(machine) == dict.fromkeys(("j1", "j2", "j3"), "motor")
     model = numpy_model(machine, ("inverse_dynamics",))
     q = np.array([[0.1, 0.2, 0.0], [0.1 + 4 * np.pi, 0.2 - 2 * np.pi, 0.0]])
     (near, far), _ = model.inverse_dynamics(q, np.zeros(3), np.zeros(3))
@@ -91,15 +92,17 @@ BALL = """
 """
 
 
-def test_a_ball_joint_is_three_turns(tmp_path: Path) -> None:
+@pytest.mark.parametrize("damping", ["", 'damping="0.4"'])
+def test_a_ball_joint_is_three_turns(damping: str, tmp_path: Path) -> None:
     """Their torques are those of MuJoCo's moments, by the virtual work of each turn."""
     import mujoco
 
-    machine = machine_of(BALL, tmp_path)
+    text = BALL.replace('type="ball"', f'type="ball" {damping}')
+    machine = machine_of(text, tmp_path)
     assert [joint.name for joint in machine.joints] == ["ball_x", "ball_y", "ball_z", "elbow"]
     generated = numpy_model(machine, ("inertia_matrix", "bias_forces"))
     q, qd, qdd = (np.array(x) for x in ([0.4, -0.7, 1.1, 0.3], [0.5, 1.5, -1.0, 2.0], [1.0, -2.0, 3.0, 0.5]))
-    model = mujoco.MjModel.from_xml_string(BALL)
+    model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
 
     (da, db, dc), (_, sb, sc), (_, cb, cc) = qd[:3], np.sin(q[:3]), np.cos(q[:3])
@@ -237,6 +240,38 @@ def test_a_four_bar_of_mjcf_is_ours(loop: str, tmp_path: Path) -> None:
         a, b = (np.concatenate(np.atleast_2d(*[getattr(x, model)(q, qd, given)])) for x in (found, ours))
         assert a == pytest.approx(b, rel=1e-12, abs=1e-12)
     assert found.dependent_coordinates(q) == pytest.approx(ours.dependent_coordinates(q), abs=1e-12)
+
+
+def test_a_gripper_driven_by_a_tendon_is_mujocos(tmp_path: Path) -> None:
+    """Its coordinates are those of the motor and of the springs; inertia and torques are MuJoCo's on them."""
+    import mujoco
+    import scipy.linalg
+
+    machine = machine_of(GRIPPER, tmp_path)
+    independent = {machine.joint(j).name: machine.joint(j).kind.value for j in machine.independent}
+    assert independent == {"left_drive": "motor", "right_sprung": "elastic", "left_sprung": "elastic"}
+    ours = numpy_model(machine, ("inertia_matrix", "inverse_dynamics", "dependent_coordinates"))
+    model = mujoco.MjModel.from_xml_path(machine.source)
+    data, q = mujoco.MjData(model), np.array([0.05, -0.1, 0.07])
+    for j, x in zip(machine.with_variable, ours.dependent_coordinates(q), strict=True):
+        data.qpos[model.joint(machine.joint(j).name).qposadr] = x
+    data.qpos[model.joint("right_drive").qposadr] = data.qpos[model.joint("left_drive").qposadr]
+    mujoco.mj_forward(model, data)
+    assert np.abs(data.efc_pos[: data.ne]).max() < 1e-14
+    G = scipy.linalg.null_space(data.efc_J.reshape(-1, model.nv)[: data.ne])
+    places = [int(model.joint(name).dofadr[0]) for name in independent]
+    G = G @ np.linalg.inv(G[places])
+    moved = np.zeros((3, model.nv))
+    for of, motion in zip(moved, G.T, strict=True):
+        mujoco.mj_mulM(model, data, of, np.ascontiguousarray(motion))
+    wanted = moved @ G
+    assert np.abs(ours.inertia_matrix(q) - wanted).max() < EXACT * wanted.max()
+    motor = [kind == "motor" for kind in independent.values()]
+    tau, qdd = ours.inverse_dynamics(q, np.zeros(3), [3.0])
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EQUALITY)
+    data.qacc[:] = G @ qdd
+    mujoco.mj_inverse(model, data)
+    assert G.T @ data.qfrc_inverse == pytest.approx(np.where(motor, tau, 0), abs=EXACT * np.abs(wanted @ qdd).max())
 
 
 HELD = """

@@ -16,7 +16,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.left_out_parts import without
 from symoro_elastic.machine.machine import NO_VECTOR, Floating, Kind, Machine, Orientation
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.command_line import EXAMPLES, run
 from tests.formats.robots.mjcf_samples import ROBOTS
 from tests.formats.robots.test_mjcf import OURS
@@ -60,6 +60,7 @@ def written(seed: int) -> Machine:
 SEEDS = [0, 1, 2, 3, 4, 7, 8]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_trees_are_mujocos(seed: int) -> None:
     """Motors with rotors, springs with neutral positions, friction, massless links; bases that float, and that move."""
@@ -81,6 +82,7 @@ def test_examples_are_mujocos(name: str) -> None:
     assert worst(machine) < EXACT
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_what_mjcf_said_is_written_again(name: str, tmp_path: Path) -> None:
     """From MJCF to a machine, to MJCF, to a machine: springs beside motors too; all torques are the same."""
@@ -150,6 +152,7 @@ def test_mujocos_constraints_hold_where_loops_are_closed(name: str) -> None:
         assert np.abs(data.efc_pos[equal]).max() < 1e-12
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["hinge", "point", "palletizer"])
 def test_loops_are_read_back(name: str, tmp_path: Path) -> None:
     """A hinge, which two points make, is a cut joint that turns again."""
@@ -200,6 +203,10 @@ ARM = COUPLED.replace("coupled", "motor").replace("FORMULA", "q2")
         (ARM + "[wrenches]\nb = { force = [0, 1, 0] }\n", "joint 2 (b), force y: MJCF has no forces on bodies: write"),
         (ARM + "[friction]\na = { coulomb = 1, creep = 0.1 }\n", "joint 1 (a), creep velocity: MJCF has no creep"),
         (ARM + "[base]\nangular_velocity = [0, 0, 1]\n", "angular_velocity z: MJCF has no turning base"),
+        (
+            ARM + '[base]\nfloating = "rotation"\nlinear_damping = 2\n',
+            "base, linear_damping: MJCF has one damping for both: give linear_damping and angular_damping one number",
+        ),
         (ARM.replace("mass = 1", "mass = 0"), "joint 'b': mass and principal moments of inertia of what moves must"),
         (ARM.replace("0.1, 0.2, 0.3", "0.1, 0.2, 0.4"), "joint 'b': moments 0.1, 0.2 and 0.4 kg m2 about its centre"),
         (COUPLED.replace("FORMULA", "sin(q1)"), "joint 2 (b), theta: 'sin(q1)': MJCF has joints that follow one other"),

@@ -20,6 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.formats.robots import samples as xml
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -205,6 +206,7 @@ def test_robots_that_are_no_table_are_refused(robot: Any, why: str) -> None:
 
 TABLE = """
 # an arm with a slide
+# convention = standard
 name, type, theta [deg], d [mm], a, alpha [deg], mass, cx, iyy, izz, rotor_inertia, ratio, viscous
 turn, R,    0,           300,    0, 90,          5,    0,  0.1, 0.2, 2e-4,          100,   0.8
 lift, P,    90,          0,      0, -90,         2,    ,   0.1, 0.1, ,              ,
@@ -236,6 +238,65 @@ def test_a_csv_table_is_the_robot_of_its_parameters() -> None:
     assert machine.joints[0].friction.viscous.value() == 0.8
 
 
+def placed(machine: Machine, q: Array) -> dict[str, Array]:
+    """The frames by name, by the generated model."""
+    model = numpy_model(machine, ("geometric_model",))
+    return dict(zip(model.FRAMES, model.geometric_model(q), strict=True))
+
+
+MODIFIED = """# convention: modified
+# gravity = [1, -9, 0.5]
+name, type, theta, d, a, alpha, mass, cx
+pedestal, fixed, 0.3, 0.2, 0.1, 0.4, ,
+turn, R, 0.1, 0.3, 0, pi/2, 5, 0.1
+lift, P, pi/2, 0.1, 0.2, -pi/2, 2, -0.2
+wrist, R, 0, 0.1, 0.4, 0.7, 1, 0.3
+flange, F, 0.2, 0.1, 0.05, 0.3, 0.5, 0.02
+"""
+
+
+def test_a_modified_table_has_fixed_rows_and_gravity_and_frames_that_are_its_own() -> None:
+    """Base and tool are fixed rows; each joint has the frame that its row defines."""
+    pytest.importorskip("pinocchio")
+    from tests.references import pinocchio_model
+
+    rows = [
+        Link(theta=0.3, d=0.2, a=0.1, alpha=0.4),
+        Link(offset=0.1, d=0.3, alpha=np.pi / 2, m=5, r=np.array([0.1, 0, 0])),
+        Link(theta=np.pi / 2, d=0.1, a=0.2, alpha=-np.pi / 2, sigma=1, m=2, r=np.array([-0.2, 0, 0])),
+        Link(d=0.1, a=0.4, alpha=0.7, m=1, r=np.array([0.3, 0, 0])),
+        Link(theta=0.2, d=0.1, a=0.05, alpha=0.3, m=0.5, r=np.array([0.02, 0, 0])),
+    ]
+    for row in rows:
+        row.mdh = True
+    robot = SimpleNamespace(links=rows, base=np.eye(4), gravity=[1, -9, 0.5])
+    machine, q = read(MODIFIED), np.array([0.3, -0.2, 0.7])
+    assert [row.name for row in machine.joints] == ["turn", "lift", "wrist", "tool"] and not machine.origin.remarks
+    full = np.array([0.0, *q, 0.0])
+    wanted = dict(zip(("pedestal", "turn", "lift", "wrist", "flange"), frames(robot, full)[0], strict=True))
+    for name, found in placed(machine, q).items():
+        assert found == pytest.approx(wanted["flange" if name == "tool" else name], rel=0, abs=1e-14)
+    moving = slice(1, 4)
+    A, held = inertia_matrix(robot, full)[moving, moving], gravity_torques(robot, full)[moving]
+    assert pinocchio_model.inertia_matrix(machine, q) == pytest.approx(A, rel=0, abs=1e-13)
+    assert pinocchio_model.bias_forces(machine, q, 0 * q) == pytest.approx(held, rel=0, abs=1e-12)
+
+
+def test_rows_may_have_conventions_of_their_own() -> None:
+    mixed = MODIFIED.replace("# convention: modified\n", "").replace("cx\n", "cx, convention\n")
+    lines = [line + (",modified" if k > 1 else "") for k, line in enumerate(mixed.strip().splitlines())]
+    q = np.array([0.3, -0.2, 0.7])
+    found, wanted = placed(read("\n".join(lines)), q), placed(read(MODIFIED), q)
+    assert all(found[name] == pytest.approx(wanted[name], abs=1e-15) for name in wanted)
+    standard = "\n".join(line.replace("modified", "standard") for line in lines)
+    assert placed(read(standard), q)["tool"] != pytest.approx(wanted["tool"], abs=1e-3)
+
+
+def test_a_table_without_a_convention_says_by_which_it_is_read() -> None:
+    (remark,) = read(TABLE.replace("# convention = standard\n", "")).origin.remarks
+    assert remark.startswith("no convention is given: read as standard (distal) parameters")
+
+
 HEADER = "name,type,theta,d,a,alpha,mass\n"
 
 
@@ -247,8 +308,8 @@ HEADER = "name,type,theta,d,a,alpha,mass\n"
         ("a,d\n1,2\n", "line 1: the column alpha is missing"),
         ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a occurs twice"),
         ("a,d,alfa\n1,2,3\n", "line 1: 'alfa' is not a column of a table; did you mean 'alpha'?"),
-        ("a,d [deg],alpha\n1,2,3\n", "line 1: 'd [deg]': the unit is m"),
-        ("a,d,alpha,mass [g]\n1,2,3,4\n", "line 1: 'mass [g]': the unit is kg"),
+        ("a,d [deg],alpha\n1,2,3\n", "line 1: 'd [deg]': 'deg' cannot be converted to m"),
+        ("a,d,alpha,mass [gg]\n1,2,3,4\n", "line 1: 'mass [gg]': 'gg' is not a known unit"),
         (HEADER + "x,R,0,0,0,0\n", "row 1: 6 cells under 7 columns"),
         (HEADER + "x,B,0,0,0,0,0\n", "row 1: type = 'B' must be one of R, P"),
         (HEADER + "x,R,0,0,0,0,0\nx,R,0,0,nan,0,0\n", "row 2, a: 'nan': nan is not finite"),

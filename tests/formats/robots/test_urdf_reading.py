@@ -119,6 +119,7 @@ def test_robots_that_are_too_large_are_refused_before_any_work(type_: str) -> No
         machine_of(describe(robot(links, joints), "big.urdf"), "big.urdf")
 
 
+@pytest.mark.thorough
 def test_chains_of_fixed_links_may_be_long() -> None:
     links = "".join(f'<link name="{k}"/>' for k in range(1500)) + A
     joints = "".join(joint(str(k), str(k), str(k + 1), "fixed", (0.001, 0, 0)) for k in range(1499))
@@ -180,7 +181,7 @@ def transmission(name: str, inside: str) -> str:
     [
         ((), []),
         (("<material/>", '<gazebo reference="a"/>', "<transmission/>"), []),
-        (("<loop_joint/>", "<frame/>"), ["elements that URDF does not define are not read: 'loop_joint', 'frame'"]),
+        (("<loop_joint/>", "<frame/>"), ["unknown URDF elements are ignored: 'loop_joint', 'frame'"]),
         (
             ('<gazebo reference="two"><springStiffness>20</springStiffness></gazebo>',),
             ["springs for Gazebo are not read: joint 'two'; give them by convert --elastic JOINT=K"],
@@ -190,7 +191,7 @@ def transmission(name: str, inside: str) -> str:
             [
                 "motor torques are those on the joints: mechanicalReduction is not applied, and no rotor inertia is "
                 "known; give it in [motors] ('one')",
-                "no transmission drives 'two': motors here; kind = \"passive\" removes them",
+                "'two': no transmission, treated as actuated (set kind = \"passive\" if not)",
             ],
         ),
     ],
@@ -209,11 +210,36 @@ def test_what_is_left_out_of_a_robot_is_said_once() -> None:
     long = robot(A, '<link name="b"/>', joint("j", "a", "b", axis=(0, 0, 2)))
     assert machine_of(describe(long, ""), "").origin.remarks == (
         "axes that are not of length 1 give directions only: joint 'j'",
-        "the links on these joints have no mass in the file and are massless: 'j'",
+        "no link has a mass in the file",
     )
+    one_of_two = robot(A, B, '<link name="c"/>', joint("i", "a", "b"), joint("j", "b", "c"))
+    assert "no mass in the file and are massless: 'j'" in machine_of(describe(one_of_two, ""), "").origin.remarks[0]
     hull = robot(A, B, C, joint("i", "a", "b"), joint("j", "a", "c"))
     (held,) = machine_of(describe(hull, ""), "").origin.remarks
     assert held.startswith("link 'a' is held, its mass of 1 kg is at rest")
+
+
+def test_frames_are_those_of_the_file_whatever_they_are_called() -> None:
+    """Links and joints that move, that are fixed, that are leaves, that are called base; by Pinocchio's placements."""
+    pytest.importorskip("pinocchio")
+    from tests.references.compared_robots import ComparedRobot
+
+    rng = np.random.default_rng(0)
+
+    def placed(name: str, parent: str, child: str, type_: str = "fixed") -> str:
+        xyz, rpy, axis = rng.uniform(-1, 1, (3, 3)).tolist()
+        return joint(name, parent, child, type_, xyz, rpy, axis)
+
+    text = robot(
+        *(A, B, C, '<link name="i"/>', '<link name="base"/>', '<link name="m"/>'),
+        *(placed("i", "a", "b", "revolute"), placed("j", "b", "c", "prismatic"), placed("k", "c", "i")),
+        *(placed("l", "b", "base"), placed("m", "a", "m")),
+    )
+    compared = ComparedRobot(text, with_valid_names(machine_of(describe(text, "r.urdf"), "r.urdf"), reserved_words()))
+    named = {"link i", "joint i", "link base", "j", "b", "c", "k", "l", "m", "a"}
+    assert named <= {*compared.our_names} and len(compared.frame_of) == 11
+    errors = compared.errors()
+    assert max(errors.frames, errors.jacobians) < 1e-14
 
 
 def test_rotors_of_drake_are_those_of_the_joint() -> None:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.formats import read_machine
-from symoro_elastic.formats.robots.displacements import about_x, about_z
+from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.modified_dh import machine_of
 from symoro_elastic.formats.robots.urdf import describe, rotation
 from symoro_elastic.formats.robots.urdf_writing import rpy_of, write
@@ -59,12 +59,13 @@ def rounded(machine: Machine) -> dict[str, list[float]]:
 
 
 def test_what_is_written_is_read_back() -> None:
-    """Rows, bodies and friction, to the last digits."""
+    """Rows, bodies and friction, to the last digits, and links and joints by their names."""
     first = read(ARM)
     second = again(first)
-    assert [row.kind for row in second.joints] == [row.kind for row in first.joints]
+    assert [(row.name, row.kind) for row in second.joints] == [(row.name, row.kind) for row in first.joints]
     for found, wanted in zip(rounded(second).values(), rounded(first).values(), strict=True):
         assert found == pytest.approx(wanted, rel=1e-13, abs=1e-15)
+    assert {frame.name for frame in second.frames} == {frame.name for frame in first.frames}
 
 
 def test_joints_that_follow_others_are_read_back() -> None:
@@ -81,6 +82,7 @@ def test_random_robots_survive_urdf_and_toml(text: str) -> None:
     """The URDF of a table is that robot in Pinocchio, frames between nearly parallel axes included."""
     pytest.importorskip("pinocchio")
     from tests.references import pinocchio_model
+    from tests.references.compared_robots import OfTable
     from tests.references.urdf_in_pinocchio import Motion, Robot
 
     machine = toml.read(toml.write(read(text)), "robot.toml")
@@ -92,9 +94,13 @@ def test_random_robots_survive_urdf_and_toml(text: str) -> None:
     tau = pinocchio_model.inertia_matrix(machine, q) @ qdd + pinocchio_model.bias_forces(machine, q, qd)
     found = [written.torques(motion)[name] for name in names]
     assert found == pytest.approx(tau, rel=0, abs=1e-12 * max(1.0, np.abs(tau).max()))
-    frames = written.frames(motion.q)
-    for row, wanted in zip(machine.joints, pinocchio_model.frames(machine, q), strict=True):
-        assert frames[row.name] == pytest.approx(wanted, rel=0, abs=1e-12 * max(1.0, np.abs(wanted).max()))
+    assert OfTable(text, machine).errors(states=1).worst < 1e-12
+    again, first = {name: found for (_, name), found in written.frames(motion.q).items()}, Robot(text)
+    order = [written.own.index(name) for name in first.own]
+    for (_, name), (wanted, columns) in first.frames(motion.q).items():
+        size = max(1.0, np.abs(wanted).max())
+        assert again[name][0] == pytest.approx(wanted, rel=0, abs=1e-12 * size)
+        assert again[name][1][:, order] == pytest.approx(columns, rel=0, abs=1e-12 * size)
 
 
 def test_bodies_about_the_origin_are_written_about_the_centre_of_mass() -> None:
@@ -118,7 +124,7 @@ def test_links_of_the_base_have_names_that_are_free() -> None:
     text = robot(*map(link, ("ground", "world", "base")), joint("base", "ground", "world"), joint("j", "world", "base"))
     machine = read(text)
     assert [row.name for row in machine.joints] == ["base", "j"]
-    assert '<link name="base_2" />' in write(machine)
+    assert '<link name="base_2" />' in write(replace(machine, frames=()))
 
 
 @pytest.mark.parametrize(
@@ -132,8 +138,13 @@ def test_links_of_the_base_have_names_that_are_free() -> None:
             RIGID + "[friction]\na = { coulomb = 1, creep = 0.1 }\n",
             "joint 1 (a), creep velocity: URDF has no creep velocities",
         ),
+        (
+            RIGID + '[base]\nfloating = "rotation"\nangular_damping = 2\n',
+            "base, angular_damping: URDF has no damping of a floating base, write .toml, or leave it out",
+        ),
+        (RIGID + "[springs]\nb = { stiffness = 3 }\n", "joint 2 (b), stiffness: URDF has no springs: write .toml"),
         (RIGID + "[base]\nvelocity = [0, 1, 0]\n", "velocity y: URDF has no moving base"),
-        (RIGID.replace("-9.81", "9.81"), "gravity: it is [0, 0, 9.81], but readers of URDF take [0, 0, -9.81]"),
+        (RIGID.replace("-9.81", "9.81"), "gravity: it is [0, 0, 9.81], but readers of URDF assume [0, 0, -9.81]"),
         (RIGID + "[bodies]\nb = { mass = 0, first_moments = [1, 0, 0] }\n", "joint 2 (b): first moments without mass"),
         (
             RIGID + "[bodies]\nb = { mass = 'M2', center_of_mass = [0, 0, 0] }\n[parameters]\nM2 = nan\n",

@@ -114,6 +114,7 @@ def units(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Path
     return made
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", [pytest.param("loaded", marks=pytest.mark.thorough), "sampled"])
 def test_fmpy_finds_no_errors(units: Callable[[str, int], Path], case: str) -> None:
     for version in (2, 3):
@@ -220,6 +221,7 @@ def test_states_of_drives_and_friction_are_those_of_own_equations(
         assert np.abs([found[name][-1] for name in names] - expected).max() < bound, kind
 
 
+@pytest.mark.thorough
 def test_parameters_of_drives_are_parameters(units: Callable[[str, int], Path]) -> None:
     """An FMU with another gain is that of the machine with that gain."""
     changed = arm({"drive": {**TURN, "Kp": 40, "current": {"lag": 4e-4}}, "rod": SLIDE}, BRISTLE)
@@ -236,6 +238,7 @@ def test_parameters_of_drives_are_parameters(units: Callable[[str, int], Path]) 
     np.testing.assert_allclose(*ends, atol=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES)
 def test_directional_derivatives_are_those_of_differences(units: Callable[[str, int], Path], case: str) -> None:
     source = np.random.default_rng(5)
@@ -265,6 +268,7 @@ MOVES = {
 }
 
 
+@pytest.mark.thorough
 def test_sampled_drives_move_as_they_are_simulated(units: Callable[[str, int], Path]) -> None:
     """Limits, filters, dead times of a part and of a whole period; back from bytes in the middle."""
     machine = sampled(motion=[MOVES], wanted={"tolerance": 1e-9, "outputs": ["drive.q", "rod.q"]})
@@ -291,6 +295,7 @@ def test_sampled_drives_move_as_they_are_simulated(units: Callable[[str, int], P
         assert np.abs(found[0] - np.concatenate([motion.q[-1], motion.qd[-1]])).max() < 1e-8
 
 
+@pytest.mark.thorough
 def test_time_events_of_model_exchange_are_the_samples(units: Callable[[str, int], Path]) -> None:
     """CVODE between events as co-simulation, whose steps are of any length."""
     names, ends = ["drive.q", "arm.q", "rod.q"], {}
@@ -311,6 +316,7 @@ def test_time_events_of_model_exchange_are_the_samples(units: Callable[[str, int
     assert abs(first[0]) > 1e-3
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("period", [None, PERIOD])
 def test_the_encoder_of_a_load_is_that_of_own_equations(tmp_path: Path, period: float | None) -> None:
     """rod.y = 0.6 sin(q1 + q2) - q3 cos(q1 + q2) in place of q1, by what it changes with q1 at the start."""
@@ -360,6 +366,7 @@ def test_what_no_unit_has_is_refused_by_name() -> None:
             unit_of(arm(drives, {"viscous": 1.5}), Scene(), Options())
 
 
+@pytest.mark.thorough
 def test_without_drives_torques_are_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("symoro_elastic.generation.fmu.mock_up_unit.shared_library", lambda *_: None)
     machine = continuous()

@@ -67,6 +67,7 @@ def of_no_length(one: Running) -> None:
     one.step(0.0, 0.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("step", "said"),
     [
@@ -84,6 +85,7 @@ def test_steps_out_of_order_are_errors(step: Callable[[Running], None], said: st
     assert said in capfd.readouterr().out
 
 
+@pytest.mark.thorough
 def test_calls_out_of_order_are_errors(path: Path, capfd: Output) -> None:
     with running(path, CO_SIMULATION) as one:
         with pytest.raises(Exception, match=f"EnterInitializationMode.*{ERROR}"):
@@ -99,6 +101,7 @@ def test_calls_out_of_order_are_errors(path: Path, capfd: Output) -> None:
     assert capfd.readouterr().out.count("this is called out of order") == 3
 
 
+@pytest.mark.thorough
 def test_steps_of_model_exchange_are_errors(arm: Path, capfd: Output) -> None:
     with running(arm) as one:
         one.begin()
@@ -123,6 +126,7 @@ def damaged(text: bytes, at: int) -> bytes:
     return text[:at] + bytes([text[at] ^ 1]) + text[at + 1 :]
 
 
+@pytest.mark.thorough
 def test_bytes_that_are_no_state_are_errors(path: Path, short_of_steps: Path, capfd: Output) -> None:
     with running(path, CO_SIMULATION) as one, running(short_of_steps, CO_SIMULATION) as other:
         for each in (one, other):
@@ -163,6 +167,7 @@ def test_a_parameter_that_is_not_finite_is_named_by_its_kind(arm: Path, capfd: O
     assert "accelerations are not finite: an input, a state or a parameter is not" in capfd.readouterr().out
 
 
+@pytest.mark.thorough
 def test_messages_are_switched_off_and_on(path: Path, capfd: Output) -> None:
     def fail(one: Running) -> str:
         with pytest.raises(Exception, match=ERROR):

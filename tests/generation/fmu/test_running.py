@@ -22,7 +22,7 @@ from fmpy import simulate_fmu  # noqa: E402
 from scipy.integrate import solve_ivp  # noqa: E402
 
 import symoro_elastic as se  # noqa: E402
-from symoro_elastic.machine.freed import with_free_numbers  # noqa: E402
+from symoro_elastic.machine.constants import with_free_numbers  # noqa: E402
 from symoro_elastic.machine.scene import Scene  # noqa: E402
 from tests.generation.fmu.machines import elastic_arm, four_bar  # noqa: E402
 from tests.generation.fmu.running import CO_SIMULATION, MODEL_EXCHANGE, Running, running  # noqa: E402
@@ -53,7 +53,7 @@ def arm_code() -> Any:
     machine = with_free_numbers(elastic_arm(), ("bodies", "springs"), {})
     models = ("direct_dynamics", "direct_dynamics_derivatives", "direct_dynamics_parameter_derivatives")
     by = {"direct_dynamics_parameter_derivatives": (f"by {', '.join(PARAMETERS.values())}",)}
-    return se.load(machine, *models, scene=Scene(forces=("tool",)), outputs=by)
+    return se.load(machine, *models, scene=Scene(forces=("tool",)), only=by)
 
 
 def accelerations_of_arm(q: np.ndarray, qd: np.ndarray) -> Any:
@@ -253,7 +253,6 @@ def test_inputs_that_are_not_finite_are_an_error_and_no_endless_step(arm: Path) 
             one.step(0.0, 0.01)
 
 
-@pytest.mark.thorough
 def test_the_steps_inside_a_communication_step_have_a_limit(
     short_of_steps: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -279,7 +278,6 @@ def test_the_form_of_the_accelerations_is_the_one_that_is_asked_for(arm: Path, s
     assert [b"through the inertia matrix" in text for text in sources] == [False, True]
 
 
-@pytest.mark.thorough
 def test_model_exchange_of_a_stiff_machine_runs_with_all_defaults(stiff: Path) -> None:
     """CVODE is given 500 steps between two times of output by FMPy."""
     made = simulate_fmu(str(stiff), fmi_type=MODEL_EXCHANGE, start_values={"drive.tau": 40.0})

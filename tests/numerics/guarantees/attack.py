@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.printers import constant_values
-from symoro_elastic.numerics.arrays import EXTENDED, arithmetic
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Operand

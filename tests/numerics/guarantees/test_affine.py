@@ -12,8 +12,8 @@ from symoro_elastic.generation.pipeline import certificates, programs
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.guarantees.affine import AFFINE, Affine, of_interval, variable
-from symoro_elastic.numerics.guarantees.affine_bounds import MOST_NUMBERS, forms_of
 from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.numerics.guarantees.mean_value import MOST_NUMBERS, forms_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
 from symoro_elastic.symbolic.expression import Graph, reachable
 from tests.examples import example
@@ -40,19 +40,20 @@ POSITIVE = ("sqrt",)
 def drawn(rng: np.random.Generator, least: float) -> Affine:
     """Forms of all sizes, whose values have at least this magnitude."""
     slopes = rng.normal(size=(COUNT, VARIABLES)) * 10.0 ** rng.integers(-4, 2, (COUNT, 1))
-    rest = np.abs(rng.normal(size=COUNT)) * 10.0 ** rng.integers(-6, 1, COUNT) * (rng.random(COUNT) < 0.7)
-    radius = np.abs(slopes).sum(axis=1) + rest
+    error = np.abs(rng.normal(size=COUNT)) * 10.0 ** rng.integers(-6, 1, COUNT) * (rng.random(COUNT) < 0.7)
+    radius = np.abs(slopes).sum(axis=1) + error
     center = rng.normal(size=COUNT) * 3
     center = np.where(np.abs(center) < radius + least, np.sign(center) * (1.01 * radius + least), center)
-    return Affine(center, slopes, rest)
+    return Affine(center, slopes, error)
 
 
-def values(x: Affine, at: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def values(x: Affine, at: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Those of forms at e = `at` and a part of their rests, in a wider type."""
     wide = np.longdouble
-    return x.center.astype(wide) + (x.slopes.astype(wide) * at.astype(wide)).sum(axis=-1) + x.rest.astype(wide) * rest
+    return x.center.astype(wide) + (x.slopes.astype(wide) * at.astype(wide)).sum(axis=-1) + x.error.astype(wide) * error
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("least", [0.0, 0.3])
 def test_forms_hold_all_values(name: str, least: float) -> None:
@@ -61,19 +62,19 @@ def test_forms_hold_all_values(name: str, least: float) -> None:
         least = 1e-3
     operands = [drawn(rng, least) for _ in range(1 if name in ("sin", "cos", "sqrt", "sign") else 2)]
     if name in POSITIVE:
-        operands = [Affine(np.abs(x.center), x.slopes, x.rest) for x in operands]
+        operands = [Affine(np.abs(x.center), x.slopes, x.error) for x in operands]
     found, worst = AFFINE.operations[name](*operands), np.zeros(COUNT)
-    assert np.isfinite(found.rest).all()
+    assert np.isfinite(found.error).all()
     for k in range(300):
         at = rng.choice([-1.0, 1.0], (COUNT, VARIABLES)) if k % 2 else rng.uniform(-1, 1, (COUNT, VARIABLES))
         parts = [rng.choice([-1.0, 1.0, rng.uniform(-1, 1)], COUNT) for _ in operands]
         exact = FUNCTIONS[name](*(values(x, at, part) for x, part in zip(operands, parts, strict=True)))
         off = np.abs(exact - values(found, at, np.zeros(COUNT)))
-        assert (off <= found.rest).all(), k
+        assert (off <= found.error).all(), k
         within = found.range
         assert ((within.low <= exact) & (exact <= within.high)).all()
         worst = np.maximum(worst, off.astype(float))
-    assert name in ("atan2", "minimum", "maximum", "sign") or np.median(worst / found.rest) > 0.1
+    assert name in ("atan2", "minimum", "maximum", "sign") or np.median(worst / found.error) > 0.1
 
 
 @pytest.mark.parametrize("half", [1e-3, 0.3, 2.0, 3.1])
@@ -90,8 +91,8 @@ def test_sine_and_cosine_of_an_angle_share_their_variables(half: float) -> None:
         e = np.linalg.lstsq(shared[0], exact[:, 0].astype(float), rcond=1e-9)[0]
         assert (np.abs(e) <= 1 + 1e-9).all()
         left = exact.T - shared @ e
-        assert (np.abs(left) <= np.array([forms["sin"].rest, forms["cos"].rest]).T + 1e-12).all()
-    assert max(float(f.rest.max()) for f in forms.values()) < 1e-11
+        assert (np.abs(left) <= np.array([forms["sin"].error, forms["cos"].error]).T + 1e-12).all()
+    assert max(float(f.error.max()) for f in forms.values()) < 1e-11
     assert (forms["sin"] * forms["sin"] + forms["cos"] * forms["cos"]).range.magnitude.max() < 1 + 2 * half**2
 
 
@@ -122,7 +123,7 @@ def test_ranges_and_errors_of_a_program_become_smaller_never_larger() -> None:
     bounds = running_errors(nodes, parts, ROUNDINGS["double"])
     forms = forms_of(nodes, bounds, parts)
     assert forms
-    closer = running_errors(nodes, parts, ROUNDINGS["double"], known=forms.narrowing())
+    closer = running_errors(nodes, parts, ROUNDINGS["double"], narrowings=forms.narrowing())
     for node in nodes:
         old, new = bounds.range[node.id], closer.range[node.id]
         assert (old.low <= new.low).all() and (new.high <= old.high).all()
@@ -132,6 +133,7 @@ def test_ranges_and_errors_of_a_program_become_smaller_never_larger() -> None:
     assert forms_of(nodes, bounds, parts, results=int(MOST_NUMBERS)) is None
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "most"), [("four_bar.par", 30), ("palletizer.toml", 100)])
 def test_direct_models_of_loops_are_bounded_near_what_is_found(name: str, most: float) -> None:
     """By intervals alone these are 700 and 500 times what is found."""

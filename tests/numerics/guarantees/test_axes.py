@@ -72,6 +72,15 @@ def test_kinds() -> None:
     assert axis_of("x", 1, Range(-100.0, 100.0), angle=False).kind == SLIDE
 
 
+@pytest.mark.parametrize("angle", [True, False])
+@pytest.mark.parametrize("width", [0.0, 1e-17, 1e-12, 1e-8, 1e-7])
+def test_ranges_that_numbers_hardly_tell_apart_are_wider(width: float, angle: bool) -> None:
+    """They were singular, or their coefficients all rounding: values at nodes determine polynomials there, too."""
+    axis = axis_of("q", 3, Range(0.1, 0.1 + width), angle=angle)
+    assert axis.low <= 0.1 and 0.1 + width <= axis.high <= 0.1 + width + 1e-8
+    assert axis.mismatch < 0.05
+
+
 @pytest.mark.parametrize("axis", AXES)
 def test_cells_and_grids_cover_the_range(axis: Axis) -> None:
     middles = axis.cells(8)

@@ -12,7 +12,7 @@ from symoro_elastic.generation.pipeline import certificates, programs
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.certificates import Effort
-from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.largest_value import largest
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from tests.numerics.guarantees.attack import SLACK, Attack
@@ -69,6 +69,7 @@ def test_certificates_take_the_smaller_error() -> None:
     assert told[-1] == (len(refined.entries), len(refined.entries))
 
 
+@pytest.mark.thorough
 def test_what_is_no_polynomial_keeps_its_error() -> None:
     machine = limited(MACHINES["two joints"]())
     scene, double = Scene(models=("direct_dynamics",)), [PRECISIONS["double"]]

@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.numerics.guarantees.degrees import NotPolynomial, degrees
+from symoro_elastic.numerics.guarantees.polynomials import NotPolynomial, degrees
 from symoro_elastic.symbolic.expression import Graph, Level, Operand
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, SIGN, SIN, SQRT
 
@@ -53,6 +53,7 @@ def test_degrees(expression: Operand, angles: dict[str, int], powers: dict[str, 
         (function(SIGN, V), "a sign of what depends on v"),
         (function(ATAN2, S1, C1), "an arc tangent of what depends on q1"),
         (function(SIN, Q1 * Q2), "a sine or cosine of more than a sum of multiples of q1, q2"),
+        (function(SIN, 7 / M * Q1), "a sine or cosine of more than a sum of multiples of q1"),
         (function(SIN, S1), "a sine or cosine of more than a sum of multiples of q1"),
         (function(COS, Q1 / 2), "a sine or cosine of 1/2 q1"),
         (function(COS, M * Q1), "a sine or cosine of more than a sum of multiples of q1"),

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.guarantees.box import box_of, parameter_box
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.box import box_of, halves_along, parameter_box
 from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes, errors_of_changes
 from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
+from symoro_elastic.numerics.guarantees.pivots import PivotKnowledge
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
-from symoro_elastic.numerics.guarantees.sub_boxes import halved
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import ADD, SIN, SUBTRACT, SYMBOL
 from tests.numerics.guarantees.boxes import limits_of_test
@@ -73,6 +72,7 @@ def subject(machine: Machine, model: str) -> Subject:
     return Subject(function, box, ROUNDINGS["double"], knowledge)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("model", ["inverse_dynamics", "direct_dynamics"])
 def test_differences_are_within_the_bound(model: str, seed: int) -> None:
@@ -83,7 +83,7 @@ def test_differences_are_within_the_bound(model: str, seed: int) -> None:
     bounded = 0
     for _ in range(6):
         left_out = drawn(nodes, rng, set(box.positions))
-        parts = halved(box.whole, sorted(box.positions)[-1])
+        parts = halves_along(box.whole, sorted(box.positions)[-1])
         bounds = whole.bounds(parts)
         most = errors_of_changes(nodes, results, bounds, left_out).max(axis=1)
         states = box.states(3000, rng)

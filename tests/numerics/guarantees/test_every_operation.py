@@ -16,11 +16,10 @@ import pytest
 from symoro_elastic.codegen.c.printers import is_given
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.machine.limits import Range
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
-from symoro_elastic.numerics.guarantees.affine_bounds import forms_of
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes, errors_of_changes
-from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
+from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints, forms_of
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding, running_errors
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -118,6 +117,7 @@ def _variables(graph: Graph) -> tuple[Expression, Expression, Expression]:
     return x, y, v
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("precision", TYPES)
 @pytest.mark.parametrize("name", TOGETHER)
 def test_no_rounding_is_left_out(name: str, precision: str) -> None:

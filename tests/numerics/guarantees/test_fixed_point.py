@@ -6,6 +6,7 @@ import ctypes
 import math
 import re
 import subprocess
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property
@@ -14,22 +15,29 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example as also
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import symoro_elastic as se
 from symoro_elastic.api.machines import the_machine
+from symoro_elastic.codegen.c.fixed_function import inside
 from symoro_elastic.codegen.compile import compile_library
-from symoro_elastic.codegen.fixed_point import LARGEST, bits_of, quantized, turn_factor, turning
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.fixed_point import LARGEST, TURN, bits_of, quantize, symbols_of, turn_factor, turning
+from symoro_elastic.codegen.guaranteed import EntryRange
+from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_fixed import render_c_fixed
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import announce_nothing, no_progress
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import fixed_totals, models_in_fixed_point
+from symoro_elastic.generation.reduced import models_in_fixed_point
+from symoro_elastic.generation.sentences import fixed_totals
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.within import Guaranteed, Within, tolerance
-from symoro_elastic.numerics.guarantees.fixed_point import with_scales
+from symoro_elastic.machine.within import Evidence, Within, tolerance
+from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.fixed_point import box_in_units, in_fixed_point, with_scales
 from tests.command_line import refused, run
 from tests.examples import example
 from tests.numerics.guarantees.fixed import FixedCase
@@ -81,6 +89,7 @@ def double_errors(name: str) -> np.ndarray:
     return np.array([entry.error for entry in certificate.entries])
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", CASES)
 def test_errors_are_never_above_what_is_proven(name: str, tmp_path: Path) -> None:
     """Compiled with checks of overflows; half of the states are corners of the box."""
@@ -92,6 +101,7 @@ def test_errors_are_never_above_what_is_proven(name: str, tmp_path: Path) -> Non
     assert (error <= one.proven + double_errors(name)).all(), error / one.proven
 
 
+@pytest.mark.thorough
 def test_limits_of_a_robot_file_are_its_box_and_those_it_lacks_are_named(tmp_path: Path) -> None:
     robot = ROOT / "examples" / "pendant_arm.urdf"
     said = refused("generate", robot, "--target", "c-fixed", "--model", "inverse_dynamics", "--out", tmp_path)
@@ -109,6 +119,7 @@ def test_limits_of_a_robot_file_are_its_box_and_those_it_lacks_are_named(tmp_pat
     assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven * (1 + 1e-6)).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["planar_2r", "PUMA 560"])
 def test_errors_of_torques_are_small(name: str, tmp_path: Path) -> None:
     """Of the largest torque: proven at most 1.7e-6, found at most 2.5e-7; the proof is within 20 times that."""
@@ -123,6 +134,7 @@ def test_errors_of_torques_are_small(name: str, tmp_path: Path) -> None:
     assert (one.proven[torques] <= 20 * error).all()
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", CASES)
 def test_arguments_beside_the_box_are_told(name: str, tmp_path: Path) -> None:
     """Each number at an end of its range, then one unit further; angles over a whole turn have no end."""
@@ -147,6 +159,93 @@ def test_arguments_beside_the_box_are_told(name: str, tmp_path: Path) -> None:
         assert in_box.tolist() == wanted
 
 
+ENDS = st.floats(-12.0, 12.0)
+WIDTHS = st.one_of(
+    st.just(0.0),
+    st.floats(0.0, 4e-9),
+    st.floats(0.0, 3.0),
+    st.integers(-6, 6).map(lambda units: 2 * math.pi + units * float(TURN)),
+    st.floats(6.0, 8.0),
+)
+
+
+@cache
+def bending() -> Function:
+    return case("spring").function
+
+
+@given(st.tuples(ENDS, WIDTHS), st.tuples(ENDS, WIDTHS), st.integers(0, 2**32 - 1), st.integers(-3, 3))
+@also((-math.pi, 2 * math.pi), (0.7, 0.0), 2**31, 0)
+@also((0.1, 0.0), (0.7, 0.0), 2**31, 0)
+@settings(max_examples=150, deadline=None)
+def test_units_in_the_box_are_those_of_its_ranges(
+    turn: tuple[float, float], number: tuple[float, float], unit: int, beside: int
+) -> None:
+    """Narrow ranges, those about a whole turn, those that wrap around: by exact fractions, and never none."""
+    ranges = {name: Range(low, low + width) for name, (low, width) in {"q2": turn, "qd1": number}.items()}
+    box = box_in_units(bending(), Box({**dict.fromkeys(("q1", "qd2"), Range(0.0, 0.5)), **ranges}))
+    _, fixed = in_fixed_point(bending(), box, "", 1)
+    for name, whole_turn in (("q2", 2**32), ("qd1", 0)):
+        one, node = box.ranges[name], symbols_of(bending().program)[name]
+        exact = TURN if whole_turn else Fraction(2) ** -fixed.bits[node.id]
+        printed = in_box_condition(one, 0 if whole_turn else fixed.bits[node.id], bool(whole_turn))
+        low, high = (round(Fraction(end) / exact) for end in (one.low, one.high))
+        tried = {low + beside, high + beside, (low + high) // 2, *([unit] if whole_turn else [])}
+        inside = [n for n in tried if printed(n)]
+        assert inside or not any(one.low <= n * exact <= one.high for n in tried)
+        assert printed(low) or printed(high) or printed(low + 1)
+        for n in tried:
+            turns = (Fraction(one.low) / exact - n) / whole_turn if whole_turn else 0
+            assert printed(n) == (one.low <= (n + math.ceil(turns) * whole_turn) * exact <= one.high)
+        off = max(ranges[name].low - one.low, one.high - ranges[name].high)
+        assert off <= float(exact) / 2 * (1 + 1e-9) and (one == ranges[name] or one.high - one.low < 4e-9 or whole_turn)
+
+
+def in_box_condition(one: Range, bits: int, turns: bool) -> Callable[[int], bool]:
+    """What the printed comparisons of an entry say of a whole number, in arithmetic of 32 bits."""
+    texts = inside("q", EntryRange("q", 0, one.low, one.high), bits, turns)
+
+    def condition(n: int) -> bool:
+        words = [re.sub(r"\(uint32_t\)q - (\d+)U <= (\d+)U", rf"({n} - \1) % 2**32 <= \2", text) for text in texts]
+        return all(eval(re.sub(r"\bq\b", f"({n})", word)) for word in words)
+
+    return condition
+
+
+POINTED = {
+    "name": "m1",
+    "gravity": [0, -9.81, 0],
+    "joints": [
+        {"name": "a", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"},
+        {"name": "b", "antecedent": 1, "kind": "motor", "sigma": 0, "d": 0.3, "theta": "q2"},
+    ],
+    "bodies": {
+        "a": {"mass": 1, "center_of_mass": [0.1, 0, 0], "inertia": [0.01, 0.01, 0.01]},
+        "b": {"mass": 1.3, "center_of_mass": [0.7, 0, 0], "inertia": [0.01, 0.01, 0.02]},
+    },
+    "limits": {
+        "a": {"position": [-0.1, 0.3], "velocity": [0.7, 0.7], "acceleration": 3.3},
+        "b": {"position": [0.1, 0.1], "velocity": 0.7, "acceleration": 3.3},
+    },
+}
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("within", [None, "5 %"])
+def test_a_joint_whose_range_is_a_point_has_one_unit_in_the_box(within: str | None, tmp_path: Path) -> None:
+    """And the errors there are as proven, with terms left out, too."""
+    machine = the_machine(POINTED)
+    limits = DescribedMachine.of(machine).limits
+    one = ReducedCase(machine, limits, "inverse_dynamics") if within else FixedCase(machine, limits, "inverse_dynamics")
+    states = one.states(1000, np.random.default_rng(0))
+    beside = np.repeat(states[:1], 4, axis=0)
+    beside[:, 1] += np.array([1, -1, 2**31 - 1, 2**29])
+    in_box, found = one.run(np.concatenate([states, beside]), tmp_path)
+    assert in_box.tolist() == [True] * len(states) + [False] * len(beside)
+    error = np.abs(found[: len(states)] * one.units - one.exact(states)).max(axis=0)
+    assert (error <= one.proven + 1e-12).all()
+
+
 def test_an_angle_that_a_spring_takes_is_no_part_of_a_turn() -> None:
     """It is a number of radians, and its sine is taken of the part of a turn that it makes."""
     q, _ = case("spring").text.arguments
@@ -154,6 +253,7 @@ def test_an_angle_that_a_spring_takes_is_no_part_of_a_turn() -> None:
     assert "_turns(" in render_c_fixed(case("spring").package)["spring_arm_fixed.c"]
 
 
+@pytest.mark.thorough
 def test_turns_are_kept_only_where_all_that_uses_them_keeps_them() -> None:
     for name in CASES:
         program = case(name).function.program
@@ -201,7 +301,7 @@ def test_sines_and_cosines_are_within_a_unit(tmp_path: Path) -> None:
 
 def test_numbers_fit_and_are_as_close_as_they_can_be() -> None:
     for x in map(Fraction, ("1", "-1", "9.81", "1e-9", "123456789", "-0.49999999999", str(LARGEST), "4294967296")):
-        found = quantized(x)
+        found = quantize(x)
         assert abs(found.value) <= LARGEST < 2 * abs(x) * Fraction(2) ** found.bits + 2
         assert abs(found.exact - x) <= Fraction(1, 2) * Fraction(2) ** -found.bits
         assert abs(x) * Fraction(2) ** bits_of(abs(x)) <= LARGEST
@@ -279,6 +379,7 @@ def test_a_base_that_moves_freely_is_refused(tmp_path: Path) -> None:
         se.generate(arm, "bias_forces", targets=["c-fixed"], out=tmp_path / "new")
 
 
+@pytest.mark.thorough
 def test_what_is_far_below_a_unit_is_zero(tmp_path: Path) -> None:
     """A moment of 1e-16 N m beside one of 10 N m: less than half a unit of the sum, also where it is a product."""
     tiny = {
@@ -296,6 +397,7 @@ def test_what_is_far_below_a_unit_is_zero(tmp_path: Path) -> None:
     assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("variable", ["sine", "angle", "k", "uint32_t", "tau_n", "hinge_fixed_product"])
 def test_variables_may_be_called_like_words_of_the_code(variable: str, tmp_path: Path) -> None:
     machine = the_machine(
@@ -320,7 +422,7 @@ class ReducedCase(FixedCase):
 
     @cached_property
     def package(self) -> Package:
-        within = Within({"": tolerance(self.tolerance)}, guaranteed=Guaranteed.PROVEN)
+        within = Within({"": tolerance(self.tolerance)}, guaranteed=Evidence.PROVEN)
         machine = DescribedMachine.of(self.machine)
         scene = Scene((self.model,), within=within)
         asked, reduced = models_in_fixed_point(machine, scene, programs, announce_nothing, no_progress)
@@ -328,6 +430,7 @@ class ReducedCase(FixedCase):
         return with_scales(asked, self.limits, totals=fixed_totals(reduced))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "allowed"),
     [
@@ -348,6 +451,7 @@ def test_terms_left_out_and_fixed_point_are_one_total(name: str, allowed: str, t
     assert (one.proven > whole.proven).any()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("precision", ["single", "fixed"])
 def test_what_rounding_needs_is_not_left_out(precision: str, tmp_path: Path) -> None:
     """A tolerance that is hardly above the rounding of the whole model is kept: less is left out."""
@@ -360,6 +464,7 @@ def test_what_rounding_needs_is_not_left_out(precision: str, tmp_path: Path) -> 
         assert 0 < entry.error <= tolerances["tau", k] * 1.001
 
 
+@pytest.mark.thorough
 def test_the_report_counts_instructions_of_fixed_point(tmp_path: Path) -> None:
     machine = ROOT / "examples" / "planar_2r.toml"
     whole, left = (

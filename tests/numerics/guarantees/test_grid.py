@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.arrays import values_along
-from symoro_elastic.numerics.guarantees import surface as surface_module
+from symoro_elastic.numerics.evaluation.arrays import values_along
+from symoro_elastic.numerics.guarantees import largest_value as surface_module
 from symoro_elastic.numerics.guarantees.box import Box
-from symoro_elastic.numerics.guarantees.grid import CLOSENESS, Largest, largest
-from symoro_elastic.numerics.guarantees.surface import surface
+from symoro_elastic.numerics.guarantees.largest_value import CLOSENESS, Largest, largest, surface
 from symoro_elastic.symbolic.expression import Graph, Operand
 from symoro_elastic.symbolic.operations import COS, SIN
 from symoro_elastic.symbolic.program import Program
@@ -165,6 +164,7 @@ def box_in(program: Program, **half: float) -> Box:
     return Box(ranges, frozenset(program.inputs[0].symbols))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("half", [PI, 0.5])
 def test_torques_of_planar_2r(half: float) -> None:
     program = inverse("planar_2r.toml")
@@ -183,6 +183,7 @@ def test_torques_of_the_puma(half: float, v: float, a: float) -> None:
         assert_proven(largest(f, box), attack(f, box, 10_000))
 
 
+@pytest.mark.thorough
 def test_what_is_proven_is_kept_after_the_work() -> None:
     program = inverse("puma560_measured.toml")
     box = box_in(program, q=PI, qd=2.0, qdd_motor=5.0)
@@ -214,6 +215,6 @@ def test_left_out_orders_are_in_the_bound() -> None:
 
 def test_too_many_positions_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     graph = Graph()
-    monkeypatch.setattr(surface_module, "MOST_POINTS", 4)
+    monkeypatch.setattr(surface_module, "MOST_NODES", 4)
     f = graph.node(COS, 2 * graph.symbol("q"))
     assert largest(f, box_of(q=(-PI, PI))).reason == "5 positions determine it: 4 are the most"

@@ -12,7 +12,7 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.numerics.verification.implementations import import_package
 from tests.command_line import run
 
 PENDULUM = {
@@ -54,6 +54,7 @@ def module(folder: Path) -> ModuleType:
     return import_package(texts, folder.parent / "numpy")
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(("call", "inside"), CALLS.values(), ids=CALLS)
 def test_numpy_tells_what_is_in_the_box(module: ModuleType, call: dict[str, list[float]], inside: bool) -> None:
     assert bool(module.direct_dynamics_in_box(**call)) is inside
@@ -64,6 +65,7 @@ def test_states_are_stacked(module: ModuleType) -> None:
     assert list(module.direct_dynamics_in_box(q, [0.0], [0.5])) == [True, False, True]
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize(("call", "inside"), CALLS.values(), ids=CALLS)
 def test_c_tells_the_same(

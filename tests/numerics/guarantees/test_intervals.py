@@ -61,6 +61,7 @@ def inside(x: Interval, rng: np.random.Generator) -> np.ndarray:
     return np.clip(x.low + rng.choice([0.0, 1.0, rng.random()], len(x.low)) * (x.high - x.low), x.low, x.high)
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("operation", [*BINARY, "atan2", *UNARY])
 def test_results_of_values_are_in_the_interval_of_the_results(operation: str) -> None:
     rng = np.random.default_rng(len(operation))
@@ -158,7 +159,7 @@ EXACT_ENDS: Arithmetic[ExactEnds] = Arithmetic(
 )
 
 
-@pytest.mark.thorough
+@pytest.mark.sampled(1000)
 @pytest.mark.parametrize("seed", range(5))
 def test_intervals_of_programs_are_those_of_exact_ends(seed: int) -> None:
     """In 200 sub-boxes of a model each: the ends are outside of those in 200 bits, by 1e-12 at most."""

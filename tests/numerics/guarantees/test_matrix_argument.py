@@ -16,14 +16,20 @@ from symoro_elastic.generation.pipeline import certificates, certified_in_form, 
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
-from symoro_elastic.models.linear_system import OF_TERM, LinearSystem, linear_system
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.models.programs.linear_system import OF_TERM, LinearSystem, linear_system
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.certificates import Effort, subject_of
 from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.inverse_on_cells import verified
-from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, by_rotors, entries_by_intervals, on_cells
-from symoro_elastic.numerics.guarantees.matrix_argument import Given, solved
+from symoro_elastic.numerics.guarantees.inverse_on_cells import verified_bounds
+from symoro_elastic.numerics.guarantees.linear_solver import (
+    SystemBounds,
+    by_intervals,
+    by_rotors,
+    entries_by_intervals,
+    on_cells,
+    x_bounds,
+)
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Operand
@@ -63,6 +69,7 @@ def nearly(draw: np.random.Generator, x: Array, error: Array) -> Array:
     return found
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("spread", [1.0, 30.0])
 def test_errors_of_an_elimination_stay_below_the_bound(spread: float) -> None:
     draw = np.random.default_rng(0)
@@ -74,7 +81,7 @@ def test_errors_of_an_elimination_stay_below_the_bound(spread: float) -> None:
         A_error = 4e-6 * np.maximum(share, share.T) * np.sqrt(np.outer(np.diag(A), np.diag(A)))
         b_error = 4e-6 * draw.uniform(0.5, 1, size) * np.abs(b)
         unknown = np.full((size, 1), np.inf)
-        given = Given(
+        given = SystemBounds(
             Interval(A[..., None], A[..., None]),
             A_error[..., None],
             Interval(b[:, None], b[:, None]),
@@ -83,7 +90,7 @@ def test_errors_of_an_elimination_stay_below_the_bound(spread: float) -> None:
         )
         inverse = (np.abs(np.linalg.inv(A)) * (1 + 1e-9))[..., None]
         entries = inverse if draw.random() < 0.5 else np.full_like(inverse, np.inf)
-        found = solved(dense_system(size), given, [inverse], entries, ROUNDINGS["single"])
+        found = x_bounds(dense_system(size), given, [inverse], entries, ROUNDINGS["single"])
         if np.isfinite(found.error).all():
             x, pivots = eliminated(nearly(draw, A, A_error), nearly(draw, b, b_error))
             error = np.abs(np.array(x, float) - np.linalg.solve(A, b))
@@ -143,7 +150,7 @@ def test_bounds_of_the_inverse_hold_everywhere(machine: DescribedMachine) -> Non
 
 def test_an_inverse_that_is_not_bounded_is_told() -> None:
     G = np.array([[[0.5, 0.6], [0.6, 0.5]], [[0.1, 0.2], [0.2, 0.1]]])
-    found = verified(np.tile(np.eye(2), (2, 1, 1)), G, np.tile(np.eye(2), (2, 1, 1)))
+    found = verified_bounds(np.tile(np.eye(2), (2, 1, 1)), G, np.tile(np.eye(2), (2, 1, 1)))
     assert np.isinf(found[0]).all()
     assert found[1] == pytest.approx(np.linalg.inv(np.eye(2) - G[1]), rel=1e-5)
 
@@ -181,6 +188,7 @@ def test_the_form_that_proves_more_is_certified() -> None:
     assert found.doubt < certificates(whole, replace(scene, form=RECURSION), effort=Effort(1)).doubt
 
 
+@pytest.mark.thorough
 def test_the_recursion_is_certified_where_it_is_bounded() -> None:
     scene = Scene(models=("direct_dynamics",), form=AUTO)
     assert certified_in_form(planar(1.0), scene, effort=Effort(1))[0].scene.form == RECURSION

@@ -16,7 +16,7 @@ from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees import polynomial_rounding
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.box import box_of as box_of_machine
@@ -61,6 +61,7 @@ def box_in(program: Program, **half: float) -> Box:
     return Box(ranges, frozenset(program.inputs[0].symbols))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.skipif(not HAS_EXTENDED, reason="no type is wider than double")
 @pytest.mark.parametrize(
     ("name", "asked", "half", "ratio"),
@@ -113,6 +114,7 @@ def sums(draw: st.DrawFn) -> Operand:
     return parts[-1]
 
 
+@pytest.mark.thorough
 @settings(max_examples=60, deadline=None)
 @given(sums(), st.floats(0.1, 4), st.booleans())
 def test_random_polynomials(x: Operand, half: float, positive: bool) -> None:
@@ -193,6 +195,7 @@ def test_many_nodes_leave_the_crude_bound(monkeypatch: pytest.MonkeyPatch) -> No
     assert fine.bound < crude.bound
 
 
+@pytest.mark.thorough
 def test_it_is_below_the_running_error() -> None:
     """Intervals see the magnitudes only of derivatives, and of their products with values."""
     program = model("puma560_measured.toml", "inverse_dynamics")

@@ -11,7 +11,7 @@ import pytest
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box, box_of, points
 from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.intervals import Interval
@@ -52,6 +52,7 @@ def states_of(box: Box, precision: str, seed: int = 0, count: int = STATES) -> d
     return {name: x.astype(TYPES[precision]).astype(float) for name, x in drawn.items()}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("precision", TYPES)
 @pytest.mark.parametrize("model", ["inverse_dynamics", "inertia_matrix", "direct_dynamics"])
 def test_errors_at_states_are_below_both_bounds_there(model: str, precision: str) -> None:

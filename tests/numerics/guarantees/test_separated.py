@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
-from symoro_elastic.numerics.guarantees.grid import largest, value_at
+from symoro_elastic.numerics.evaluation.arrays import EXTENDED, HAS_EXTENDED, arithmetic
+from symoro_elastic.numerics.guarantees.largest_value import largest, value_at
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
+from symoro_elastic.numerics.guarantees.polynomials import OF_SIGN, OUTSIDE, separate_sides
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding
-from symoro_elastic.numerics.guarantees.separated import OF_SIGN, OUTSIDE, separated
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIGN, SIN, SYMBOL
@@ -32,7 +32,7 @@ def spring(graph: Graph) -> Operand:
 
 def test_what_stands_outside_has_another_name() -> None:
     root, box = spring(Graph()), box_of("motor q", motor=(-PI, PI), q=(-1, 1))
-    (copy,), wider = separated([root], box)
+    (copy,), wider = separate_sides([root], box)
     assert isinstance(copy, Expression)
     names = {node.operands[0] for node in reachable([copy]) if node.operation == SYMBOL}
     assert names == {"motor", "q", f"motor{OUTSIDE}", f"q{OUTSIDE}"}
@@ -46,9 +46,9 @@ def test_nothing_changes_where_all_stand_on_one_side() -> None:
     graph = Graph()
     q, x = graph.symbol("q"), graph.symbol("x")
     root = graph.node(SIN, q) * x
-    assert separated([root], box_of("q x", q=(-1, 1), x=(-1, 1)))[0] == [root]
+    assert separate_sides([root], box_of("q x", q=(-1, 1), x=(-1, 1)))[0] == [root]
     point = q + graph.node(SIN, q)
-    assert separated([point], box_of("q", q=(1, 1)))[0] == [point]
+    assert separate_sides([point], box_of("q", q=(1, 1)))[0] == [point]
 
 
 def test_two_programs_share_the_second_name() -> None:
@@ -87,6 +87,7 @@ def mixtures(draw: st.DrawFn) -> Operand:
     return parts[-1]
 
 
+@pytest.mark.thorough
 @settings(max_examples=60, deadline=None)
 @given(mixtures(), st.floats(0.1, 4), st.booleans())
 def test_random_mixtures(x: Operand, half: float, mixed: bool) -> None:
@@ -134,7 +135,7 @@ def test_signs_of_variables_are_variables(rounding: Rounding, precision: type) -
 
 def test_the_sign_of_what_moves_one_way_is_a_number() -> None:
     one_way = box_of("q", q=(-PI, PI), v=(0.5, 2.0))
-    (_,), wider = separated([rubbing(Graph())], one_way)
+    (_,), wider = separate_sides([rubbing(Graph())], one_way)
     assert (wider.ranges[f"v{OF_SIGN}"].low, wider.ranges[f"v{OF_SIGN}"].high) == (1.0, 1.0)
     assert largest(rubbing(Graph()), one_way).bound == pytest.approx(5.3 + 1.9 * 4 - 0.7 * 2, rel=0.08)
 

@@ -10,8 +10,8 @@ import pytest
 
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.guarantees.axes import Axis, axis_of
-from symoro_elastic.numerics.guarantees.coefficients import Polynomial
-from symoro_elastic.numerics.guarantees.sum_on_grid import SumOnGrid, best_ratios, coefficients_of, heaviest
+from symoro_elastic.numerics.guarantees.polynomial_rounding import SumOnGrid, best_ratios, coefficients_of, heaviest
+from symoro_elastic.numerics.guarantees.polynomials import Polynomial
 
 AXES = (
     axis_of("turn", 2, Range(-4.0, 4.0), angle=True),
@@ -44,6 +44,7 @@ def largest_sum(points: int, seed: int) -> float:
     return float(total.max())
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("gridded", [(), (0,), (1,), (2, 3), (0, 1, 3), (0, 1, 2, 3)])
 def test_no_sum_is_above_the_bound(gridded: tuple[int, ...], seed: int) -> None:

@@ -14,9 +14,9 @@ from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.models.catalogue import expressions_of_scene
-from symoro_elastic.models.tracing import prune, schedule
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.bound.tracing import prune, schedule
+from symoro_elastic.models.programs.catalogue import expressions_of_scene
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.numerics.within.states import Bounds
 from symoro_elastic.numerics.within.tape import Tape
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -113,7 +113,7 @@ def of_expressions(make: Callable[..., Sequence[Operand]], box: Mapping[str, tup
 
 def values_of(entries: Sequence[Operand], symbols: Mapping[str, Array]) -> Array:
     """Values of expressions at states, apart from any tape."""
-    from symoro_elastic.numerics.arrays import arithmetic
+    from symoro_elastic.numerics.evaluation.arrays import arithmetic
 
     states = len(next(iter(symbols.values())))
     value = evaluate(entries, symbols, arithmetic(np.float64))

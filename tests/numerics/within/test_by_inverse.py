@@ -11,14 +11,13 @@ from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.models.inertia_form import inertia_form
+from symoro_elastic.models.programs.forms import inertia_form
 from symoro_elastic.numerics.guarantees.box import Box, box_of
 from symoro_elastic.numerics.guarantees.certificate import Subject, certify
-from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
+from symoro_elastic.numerics.guarantees.dropped_terms import ReducedErrors
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.numerics.within.by_inverse import residual_of, solved_exactly
-from symoro_elastic.numerics.within.trials import Task
-from symoro_elastic.symbolic.program import Names
+from symoro_elastic.numerics.within.trials import Requirements, Task
 
 from .cases import EXAMPLES, results_of
 
@@ -38,12 +37,13 @@ class Direct:
         box = box_of(machine, machine.limits, self.form.program.inputs, used)
         ranges = {name: Range(x.low * share, x.high * share) for name, x in box.ranges.items()}
         self.box = Box(ranges, box.positions)
-        self.task = Task(self.function.program, ranges, {"qdd": Tolerance(1.0)}, Names(), ("q",), 0)
+        self.task = Task(self.function.program, ranges, {"qdd": Tolerance(1.0)}, Requirements())
 
     def states(self, seed: int) -> dict[str, np.ndarray]:
         return self.box.states(STATES, np.random.default_rng(seed))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("file", "tolerance", "share", "most"), [
     ("planar_2r.toml", 0.04, 0.3, 41),
     pytest.param("puma560_measured.toml", 0.01, 1.0, 345, marks=pytest.mark.thorough),
@@ -55,8 +55,9 @@ def test_accelerations_are_as_near_as_proven(file: str, tolerance: float, share:
     assert residual
     function = replace(direct.function, program=residual.program)
     bound = ReducedErrors(Subject(function, residual.box, ROUNDINGS["double"]))
-    task = Task(direct.function.program, direct.box.ranges, {"qdd": Tolerance(tolerance)}, Names(), ("q",), 0)
-    found = solved_exactly(task, direct.joints, residual, bound, STATES, lambda stage: None)
+    tolerances, required = {"qdd": Tolerance(tolerance)}, Requirements(states=STATES)
+    task = Task(direct.function.program, direct.box.ranges, tolerances, required)
+    found = solved_exactly(task, direct.joints, residual, bound)
     reduced = found.reduction.reduced
     assert found.reduction.left_out
     assert found.reduction.after.products + found.reduction.after.add <= most
@@ -73,7 +74,7 @@ def test_accelerations_are_as_near_as_proven(file: str, tolerance: float, share:
 
 
 def results_of_quantity(program, name, states):
-    from symoro_elastic.numerics.arrays import arithmetic
+    from symoro_elastic.numerics.evaluation.arrays import arithmetic
     from symoro_elastic.symbolic.arithmetic import evaluate
 
     x = program.quantities.get(name)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.numerics.within.candidates import candidates_of, rounded
-from symoro_elastic.numerics.within.effects import Sweep, moved
+from symoro_elastic.numerics.within.effects import Sweep, node_shift
 from symoro_elastic.numerics.within.liveness import COSTS, Liveness
-from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
-from symoro_elastic.numerics.within.tape import Change, Changes, Kind, Tape
+from symoro_elastic.numerics.within.tape import Change, Changes, Kind, Tape, changed_values, with_values
+from symoro_elastic.numerics.within.trials import candidates_of, short_number
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
 from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL
 
@@ -42,7 +41,7 @@ def test_the_rebuilt_program_is_the_end_of_the_homotopy(make, seed) -> None:
     tape, taken = some_changes(case, seed, 12)
     changes = Changes.of(taken)
     states, symbols = states_of(case)
-    new = with_values(case.program, rebuilt(tape, changes))
+    new = with_values(case.program, changed_values(tape, changes))
     found = values_of([x for output in new for x in output.entries], symbols)
     rows = tape.rows(states, changes)
     expected = np.array([rows[place] for places in tape.entries for place in places])
@@ -95,7 +94,7 @@ def test_effects_are_derivatives_along_the_homotopy(make) -> None:
     for change in taken:
         adjoint = adjoints[change.place]
         assert adjoint is not None
-        effect = adjoint * moved(tape, rows, change)
+        effect = adjoint * node_shift(tape, rows, change)
         ahead, behind = (tape.values(tape.rows(states, Changes.of([change]), 1 + h)) for h in (step, -step))
         size = np.abs(exact).max(axis=1, keepdims=True) + np.abs(effect).max(axis=1, keepdims=True)
         assert (np.abs((behind - ahead) / (2 * step) - effect) <= 1e-6 * size).all(), change
@@ -106,6 +105,7 @@ def cost_of(entries) -> int:
     return sum(COSTS.get(OPERATIONS[node.operation].counted_as, 0) for node in nodes)
 
 
+@pytest.mark.sampled(3)
 @MACHINES
 @pytest.mark.parametrize("seed", range(4))
 def test_what_changes_save_is_saved_in_the_rebuilt_program(make, seed) -> None:
@@ -120,7 +120,7 @@ def test_what_changes_save_is_saved_in_the_rebuilt_program(make, seed) -> None:
         expected = live.cost - live.saved_by(change)
         assert live.cost >= expected and Liveness(tape, done[:-1]).cost == live.cost
         live.apply(change)
-        new = with_values(case.program, rebuilt(tape, Changes.of(done)))
+        new = with_values(case.program, changed_values(tape, Changes.of(done)))
         left = cost_of([x for output in new for x in output.entries])
         assert live.cost == expected and expected - 6 <= left <= expected
 
@@ -176,7 +176,7 @@ def test_only_positions_are_frozen() -> None:
     ("x", "step", "found"), [(0.995123, 1e-4, 0.9951), (1e-5, 0.02, 0.0), (123.4, 10, 120), (3, 0, 3)]
 )
 def test_numbers_are_round(x, step, found) -> None:
-    assert rounded(x, step) == found
+    assert short_number(x, step) == found
 
 
 def test_signs_leave_sines() -> None:
@@ -185,7 +185,7 @@ def test_signs_leave_sines() -> None:
     case = of_expressions(lambda q1, q2: [q1.graph.node(name, q1 - q2) for name in ("sin", "cos")], box)
     tape = Tape(case.program)
     angle = tape.operations.index("-")
-    (output,) = with_values(case.program, rebuilt(tape, Changes.of([Change(Kind.DROP, angle, 0)])))
+    (output,) = with_values(case.program, changed_values(tape, Changes.of([Change(Kind.DROP, angle, 0)])))
     sine, cosine = output.entries
     assert isinstance(sine, Expression) and isinstance(cosine, Expression)
     assert (str(sine), str(cosine)) == ("-sin(q2)", "cos(q2)")

@@ -17,10 +17,10 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import FREQUENCIES, Within, tolerance
 from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
-from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.frequencies import FrequencyShifts, NaturalFrequencies
 from symoro_elastic.numerics.within.states import Bounds
 from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Kind, Tape
+from symoro_elastic.numerics.within.trials import candidates_of
 from symoro_elastic.symbolic.program import Program
 from tests.numerics.guarantees.boxes import limits_of_test
 from tests.references.random_machines import chain
@@ -67,6 +67,7 @@ def shifts_of(program: Program, box: Bounds, motors: tuple[int, ...]) -> Frequen
     return FrequencyShifts(NaturalFrequencies(tolerance("1 %"), motors), program, Tape(program), box, 5)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
 @pytest.mark.parametrize("path", [TWO_AXIS, BALL_SCREW], ids=lambda path: path.stem)
 def test_frequencies_of_whole_models_are_those_of_modes(path, model: str) -> None:
@@ -82,7 +83,7 @@ def test_frequencies_of_whole_models_are_those_of_modes(path, model: str) -> Non
             start[names[symbol]] = 0.1
     box = Bounds(start, start, np.array(tape.is_position, dtype=bool)[:, None])
     shifts = FrequencyShifts(NaturalFrequencies(tolerance("1 %"), motors), program, tape, box, 0)
-    found = shifts._roots(shifts._balanced(start), NO_CHANGES)[0]
+    found = shifts._roots(shifts._equilibria(start), NO_CHANGES)[0]
     held, free = (se.modes(machine(path), at=at, hold=hold).frequencies for hold in (["all"], []))
     expected = [*held[::-1], *(free[: len(motors) - 1 : -1] if model == "direct_dynamics" else ())]
     assert found.real / (2 * np.pi) == pytest.approx(expected, rel=1e-6)
@@ -142,6 +143,7 @@ def test_shifts_stay_within_their_tolerance_at_unseen_positions(path, results: s
     assert shift.max() <= tolerance(allowed, FREQUENCIES).value
 
 
+@pytest.mark.thorough
 def test_without_their_tolerance_frequencies_move_more() -> None:
     """The tolerance is what keeps them: of the ball screw 5 % of results shift one by a lot."""
     without = reduced(BALL_SCREW, "direct_dynamics", all="5 %")
@@ -155,6 +157,7 @@ def test_without_their_tolerance_frequencies_move_more() -> None:
     assert np.abs(free / exact - 1).max() > 0.002 >= np.abs(limited / exact - 1).max()
 
 
+@pytest.mark.thorough
 def test_models_without_springs_are_refused() -> None:
     with pytest.raises(se.InputError, match="joints that swing"):
         reduced(EXAMPLES / "planar_2r.toml", "direct_dynamics", all="1 %", frequencies="1 %")
@@ -164,6 +167,7 @@ def test_models_without_springs_are_refused() -> None:
         reduced(TWO_AXIS, "direct_dynamics", frequencies="1 %")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
 def test_first_order_is_what_small_changes_do(model: str) -> None:
     """Single changes that shift by up to a tenth of the tolerance of 1 %: what is left is of the second order.
@@ -207,7 +211,7 @@ def test_frequencies_are_checked_once_a_pass_and_kept_at_unseen_positions(monkey
     motors = elastic_chain().motor_entries
     tape = Tape(whole)
     bounds = Bounds.of(tape, one.certificates[0].box.ranges)
-    states = shifts_of(whole, bounds, motors)._balanced(bounds.at_rest(1000, np.random.default_rng(78)))
+    states = shifts_of(whole, bounds, motors)._equilibria(bounds.at_rest(1000, np.random.default_rng(78)))
     at = {name: np.zeros(1000) for argument in whole.inputs for name in argument.symbols}
     at |= dict(zip(tape.symbols, states, strict=True))
     exact, found = (natural_frequencies(program, at, motors) for program in (whole, left))

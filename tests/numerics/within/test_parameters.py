@@ -13,11 +13,12 @@ from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.models.catalogue import trace_scene
-from symoro_elastic.numerics.grouping import grouping_by_rank
+from symoro_elastic.models.programs.catalogue import trace_scene
+from symoro_elastic.numerics.linear.grouping import grouping_by_rank
 from symoro_elastic.numerics.within.reduction import without_parameters
 from symoro_elastic.numerics.within.results import Reduction
 from symoro_elastic.numerics.within.tape import Kind
+from symoro_elastic.numerics.within.trials import Requirements
 from symoro_elastic.symbolic.program import Output, Program, build
 
 from .cases import EXAMPLES, Case, drawn, of_expressions, puma, results_of
@@ -44,9 +45,8 @@ def reduced(tolerance: float) -> Reduction:
     inverse = program(machine(), "inverse_dynamics")
     tolerances = {output.name: Tolerance(tolerance) for output in inverse.outputs}
     inertia = program(machine(), "inertia_matrix")
-    return without_parameters(
-        inverse, puma().box, tolerances, values(), inertia=inertia, states=20_000, confident=False
-    )
+    required = Requirements(states=20_000, confident=False)
+    return without_parameters(inverse, puma().box, tolerances, values(), inertia, required)
 
 
 def zeroed(found: Reduction) -> Machine:
@@ -56,6 +56,7 @@ def zeroed(found: Reduction) -> Machine:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("tolerance", "most"),
     [
@@ -104,7 +105,7 @@ def test_a_parameter_without_which_the_inertia_is_singular_stays() -> None:
     p1, p2 = (graph.symbol(name) for name in values)
     inertia = build(case.program.inputs, [Output("A", (2, 2), (p2 + 10, 0, 0, p1))], case.names)
     moving = {name: case.box[name] for name in ("v1", "v2")}
-    found = without_parameters(case.program, moving, case.tolerances(0.01), values, inertia=inertia, states=5000)
+    found = without_parameters(case.program, moving, case.tolerances(0.01), values, inertia, Requirements(states=5000))
     assert [one.term for one in found.left_out] == ["p2"]
-    free = without_parameters(case.program, moving, case.tolerances(0.01), values, states=5000)
+    free = without_parameters(case.program, moving, case.tolerances(0.01), values, required=Requirements(states=5000))
     assert {one.term for one in free.left_out} == {"p1", "p2"}

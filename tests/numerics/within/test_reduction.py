@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.reduction import reduce_program
 from symoro_elastic.numerics.within.results import Reduction
 from symoro_elastic.numerics.within.search import Sample, Search, largest
+from symoro_elastic.numerics.within.states import unseen
 from symoro_elastic.numerics.within.tape import Changes, Kind, Tape
-from symoro_elastic.numerics.within.unseen import unseen
-from symoro_elastic.numerics.within.worst_states import climb
+from symoro_elastic.numerics.within.trials import Requirements, candidates_of, climb
 from symoro_elastic.symbolic.expression import Operand
+from symoro_elastic.symbolic.program import Names
 
 from .cases import Case, Range, drawn, of_expressions, operations, planar, puma, results_of, two_axis, values_of
 
@@ -26,8 +26,8 @@ FEW = 20_000
 
 
 def reduced(case: Case, tolerance: float, **options) -> Reduction:
-    chosen = {"states": FEW, "names": case.names} | options
-    return reduce_program(case.program, case.box, case.tolerances(tolerance), **chosen)
+    required = Requirements(**{"states": FEW, "names": case.names} | options)
+    return reduce_program(case.program, case.box, case.tolerances(tolerance), required)
 
 
 def left(found: Reduction) -> str:
@@ -117,7 +117,7 @@ def test_each_entry_has_its_own_tolerance() -> None:
     box = ends(v1=1, v2=1)
     case = of_expressions(lambda v1, v2: [v1 * 2 + v2 * 0.01, v1 * 3 + v2 * 0.01, v1 * 3 + v2 * 0.01], box)
     tolerances = {"f": [Tolerance(0.0), Tolerance(0.02, relative=False), Tolerance(0.5)]}
-    found = reduce_program(case.program, case.box, tolerances, states=FEW)
+    found = reduce_program(case.program, case.box, tolerances, Requirements(states=FEW))
     assert left(found) == "((v1*2) + (v2*1/100)), (v1*3), (v1*3)".replace("1/100", str(found_constant(case)))
     assert [one.tolerance for one in found.errors] == pytest.approx([0.0, 0.02, 0.02])
 
@@ -134,6 +134,7 @@ def test_a_denominator_changes_by_a_tenth_at_most() -> None:
     assert left(reduced(case, 0.3)) == "v1"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("make", [planar, puma])
 def test_tolerance_zero_keeps_all(make) -> None:
     case = make()
@@ -203,6 +204,7 @@ def test_climbing_finds_the_worst_state() -> None:
     assert found.errors[0].unseen <= found.errors[0].climbed <= 1.2 * (1 + 1e-12)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("make", [planar, puma])
 def test_climbing_finds_more_than_states_that_are_drawn(make) -> None:
     case = make()
@@ -236,6 +238,7 @@ def test_the_worst_unseen_states_can_be_drawn_again() -> None:
     assert [errors[k] for k, place in enumerate(places) if place in expected] == pytest.approx(list(expected.values()))
 
 
+@pytest.mark.thorough
 def test_a_given_bound_is_kept() -> None:
     """A bound twice as large as the error lets half as much be left out; one that is never finite, nothing."""
     case = planar()
@@ -291,6 +294,7 @@ def searched(case: Case, limit: float, states: int) -> Search:
     return Search(tape, candidates_of(tape, tape.rows(drawn_states)), sample)
 
 
+@pytest.mark.thorough
 def test_a_search_goes_on_from_what_is_still_within_its_limits() -> None:
     former = searched(puma(), 0.05, 300).run()
     for limit, number in ((0.05, 2), (0.03, 0)):
@@ -350,7 +354,7 @@ def total(found: Reduction) -> int:
 def test_puma_within_a_tolerance_at_a_million_states(tolerance, most) -> None:
     """Half of the states at corners; a set of states that has not been drawn before. Names would cost 2 or 3 more."""
     case = puma()
-    found = reduced(case, tolerance, states=1_000_000, confident=False, names=None)
+    found = reduced(case, tolerance, states=1_000_000, confident=False, names=Names())
     assert total(found) <= most and (found.before.mul, found.before.add) == (186, 157)
     assert errors_at(case, found, 1_000_000, 11).max() <= 1
 

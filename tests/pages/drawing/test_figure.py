@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind
-from symoro_elastic.models.joint_axes import placed_machine
-from symoro_elastic.pages.drawing.figure import UNIT, Figure, figure_of
-from symoro_elastic.pages.drawing.placements import Placements, placements_of
+from symoro_elastic.models.bound.joint_axes import placed_machine
+from symoro_elastic.pages.drawing.figure import CORNERS, UNIT, Figure, Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.projection import view_of
 from symoro_elastic.pages.drawing.shapes import Shape, Wire, bend, inverse, slip
 from symoro_elastic.pages.drawing.svg import machine_picture
@@ -41,6 +41,7 @@ def figure(name: str) -> Figure:
     return figure_of(found, found.start)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", MOVED)
 def test_frames_are_where_the_machine_has_them(name: str) -> None:
     found = placements(name)
@@ -153,10 +154,23 @@ def test_bodies_that_cannot_be_are_said_to_be() -> None:
     body = replace(two_r.joints[0].body, inertia=tuple(map(Formula.parse, (1, 0, 0, 0, 0, 0))))
     wrong = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=body), *two_r.joints[1:])))
     (remark,) = figure_of(wrong, wrong.start).remarks
-    assert remark == "no evenly filled box has the inertia of these bodies, drawn flat: shoulder"
+    assert remark == "no evenly filled box has the inertia of these bodies, which are cubes: shoulder"
     grouped = placements_of(replace(two_r, is_grouped=True))
     found = figure_of(grouped, grouped.start)
     assert "base parameters" in found.remarks[0] and not any(shape.role == "body" for shape in found.shapes)
+
+
+def test_axes_through_one_point_hide_no_body() -> None:
+    """Where origins are together, the room is that of the bodies."""
+    joints = [{"name": x, "kind": "motor", "sigma": 1, "alpha": "pi/2", "r": f"q_{x}"} for x in "xyz"]
+    bodies = {x: {"mass": 60, "center_of_mass": [0, 0.1, 0], "inertia": [2, 3, 2]} for x in "xyz"}
+    gantry = placements_of(se.read({"name": "gantry", "gravity": [0, 0, -9.81], "joints": joints, "bodies": bodies}))
+    found = figure_of(gantry, gantry.start)
+    for solid in found.solids:
+        corners = (CORNERS * solid.size) @ solid.placement[:3, :3].T + solid.placement[:3, 3]
+        placed = corners @ found.reference[solid.frame][:3, :3].T + found.reference[solid.frame][:3, 3]
+        if solid.role == "body":
+            assert (placed >= found.room[0] - 1e-12).all() and (placed <= found.room[1] + 1e-12).all()
 
 
 def test_numbers_beyond_all_range_are_refused_or_said() -> None:
@@ -170,6 +184,7 @@ def test_numbers_beyond_all_range_are_refused_or_said() -> None:
     assert figure_of(heavy, heavy.start).remarks == ("bodies without usable values are not drawn: shoulder",)
 
 
+@pytest.mark.thorough
 def test_names_of_very_many_frames_are_left_out() -> None:
     two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
     rows = tuple(

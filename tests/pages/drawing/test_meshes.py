@@ -12,8 +12,8 @@ import pytest
 import symoro_elastic
 from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.robots.urdf import rotation
-from symoro_elastic.pages.drawing.meshes import MOST_TRIANGLES, Mesh, meshes_of
-from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.figure import placements_of
+from symoro_elastic.pages.drawing.page import MOST_TRIANGLES, Mesh, meshes_of
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -65,6 +65,7 @@ def test_meshes_are_where_urdf_puts_them(tmp_path: Path, suffix: str) -> None:
     assert far.min(axis=1).max() < 1e-6 and far.min(axis=0).max() < 1e-6
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "name",
     [
@@ -178,10 +179,10 @@ def test_solids_of_urdf_are_drawn(tmp_path: Path) -> None:
 
 def test_files_in_all_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = robot(tmp_path)
-    monkeypatch.setattr("symoro_elastic.pages.drawing.meshes.MOST_BYTES_IN_ALL", 1000)
+    monkeypatch.setattr("symoro_elastic.pages.drawing.page.MOST_BYTES_IN_ALL", 1000)
     meshes, (remark,) = read(path)
     assert len(meshes) == 1 and "arm.obj" in remark
-    monkeypatch.setattr("symoro_elastic.pages.drawing.meshes.MOST_SHAPES", 1)
+    monkeypatch.setattr("symoro_elastic.pages.drawing.page.MOST_SHAPES", 1)
     assert read(path)[1] == ["1 shapes of bodies are drawn, 1 are not"]
 
 

@@ -16,16 +16,15 @@ import numpy as np
 import pytest
 
 import symoro_elastic
-from symoro_elastic.analysis.vibration.energies import frame_shapes
+from symoro_elastic.analysis.vibration.modes import frame_shapes
 from symoro_elastic.codegen.templates import template_folder
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.state import State
+from symoro_elastic.models.bound.state import State
+from symoro_elastic.pages.drawing.figure import placements_of
 from symoro_elastic.pages.drawing.motions import motions_data, simulated_motion, with_base
-from symoro_elastic.pages.drawing.page import machine_page
-from symoro_elastic.pages.drawing.placements import placements_of
-from symoro_elastic.pages.drawing.shown import ShownMachine, shown_machine
+from symoro_elastic.pages.drawing.page import ShownMachine, machine_page, shown_machine
 from symoro_elastic.pages.drawing.vibrations import HELD, modes_data
 from tests.command_line import EXAMPLES, ended, refused, run
 from tests.generated_code import COMPILERS
@@ -181,6 +180,7 @@ def test_a_page_inside_a_notebook_runs_its_own_scripts_only() -> None:
     assert frame[1]["sandbox"] == "allow-scripts allow-downloads"
 
 
+@pytest.mark.thorough
 def test_machines_are_shown_beside_each_other(tmp_path: Path) -> None:
     """Scripts of both are in the policy of the page, which frames inherit."""
     one, other = (symoro_elastic.view(EXAMPLES / name) for name in ("planar_2r.toml", "gantry.toml"))
@@ -195,6 +195,7 @@ def test_machines_are_shown_beside_each_other(tmp_path: Path) -> None:
     assert (tmp_path / "both.html").read_text(encoding="utf-8") == both.html
 
 
+@pytest.mark.thorough
 def test_machines_without_values_or_springs_have_no_modes_and_say_so_where_they_could() -> None:
     assert shown("palletizer.toml").modes == [] and shown("palletizer.toml").remarks == ()
     assert shown("rx90.par").modes == () and "XX1 has no value" in shown("rx90.par").missing[0]
@@ -262,6 +263,7 @@ def test_pages_and_pictures_from_python(tmp_path: Path) -> None:
 # The command
 
 
+@pytest.mark.thorough
 def test_view_writes_one_page(tmp_path: Path) -> None:
     run("view", EXAMPLES / "gantry.toml", "--out", tmp_path / "gantry.html", "--at", "ram=-0.1")
     text = (tmp_path / "gantry.html").read_text(encoding="utf-8")

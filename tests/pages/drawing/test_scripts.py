@@ -15,9 +15,8 @@ from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import template_folder
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Kind
-from symoro_elastic.models.catalogue import trace
-from symoro_elastic.pages.drawing.figure import figure_of
-from symoro_elastic.pages.drawing.placements import Placements, placements_of
+from symoro_elastic.models.programs.catalogue import trace
+from symoro_elastic.pages.drawing.figure import Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.shapes import bend, inverse, slip
 from tests.command_line import EXAMPLES
 
@@ -55,7 +54,7 @@ def programs(found: Placements) -> str:
 
 
 def told(found: Placements, positions: np.ndarray) -> dict[str, Any]:
-    dependent = found.closed(found.start).q_dep
+    dependent = found.close_loops(found.start).q_dep
     return {
         "q": found.start.tolist(),
         "dependent": dependent.tolist() or None,
@@ -79,7 +78,7 @@ def test_frames_of_scripts_are_those_of_the_models(name: str) -> None:
     body += "frames.at(q).map((T) => [...T]))));"
     seen = np.array(by_node(programs(found) + script("space.js", "frames.js") + body, told(found, positions)))
     expected = np.array([found.at(q) for q in positions])
-    assembled = found.closed(found.start).q_dep.size
+    assembled = found.close_loops(found.start).q_dep.size
     np.testing.assert_allclose(seen.reshape(expected.shape), expected, atol=1e-11 if assembled else 1e-14)
 
 
@@ -106,6 +105,7 @@ def test_springs_of_scripts_bend_as_those_of_pictures() -> None:
         np.testing.assert_allclose(np.reshape(points, (-1, 3)), bend(wire, moved, figure.slides[j]), atol=1e-13)
 
 
+@pytest.mark.thorough
 @needs_node
 def test_a_loop_that_cannot_close_is_told() -> None:
     found = placements_of(read_machine(CLOSED / "two_jack_arm.toml")[0])
@@ -119,6 +119,7 @@ def test_a_loop_that_cannot_close_is_told() -> None:
     assert by_node(text, told(found, np.array([away, found.start]))) == [True, False]
 
 
+@pytest.mark.thorough
 @needs_node
 def test_labels_of_scripts_avoid_each_other_and_the_edges() -> None:
     """As many as there is room for; all of a machine of 20 frames of which some are in one point."""

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.pages.live import following, parts
-from symoro_elastic.pages.live.server import serve
+from symoro_elastic.pages.live.handlers import serve
 
 LONGEST = 30.0
 """s after which what does not come is an error."""
@@ -25,7 +25,7 @@ LONGEST = 30.0
 class WorkHere:
     """Work without a process: all parts are told at once."""
 
-    def __init__(self, told: Callable[[str, Any, str], None], name: str, *arguments: str) -> None:
+    def __init__(self, told: Callable[[str, Any, str], None], name: str, *arguments: str | bytes) -> None:
         for part in getattr(parts, name)(*arguments):
             told(part.name, part.data, part.page)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -16,9 +18,12 @@ from typing import Any
 import pytest
 
 from symoro_elastic.foundation import packages
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.pages.live import following
 from symoro_elastic.pages.live.followed_file import FollowedFile, version_of
+from symoro_elastic.pages.live.following import Work
 from tests.command_line import EXAMPLES, refused
-from tests.pages.live.served import Served, serving
+from tests.pages.live.served import LONGEST, Served, serving
 
 for package in ("tornado", "watchfiles", "tomlkit"):
     pytest.importorskip(package)
@@ -61,6 +66,7 @@ def edit(served: Served, seen: str, text: str, path: Any = ("parameters", "m1", 
 # Who is let in
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("where", ["", "picture", "events"])
 @pytest.mark.parametrize(
     ("headers", "status"),
@@ -84,7 +90,7 @@ def test_who_comes_from_elsewhere_is_refused(
 @pytest.mark.parametrize("path", ["/", "//", "/wrong/", "/wrong/events", "/%00/", "/../", "/wrong/../../etc/passwd"])
 def test_without_the_token_there_is_nothing(shared: tuple[Served, Path], path: str) -> None:
     answer = shared[0].ask(whole=path)
-    assert (answer.status, answer.text) == (404, "there is no such page")
+    assert (answer.status, answer.text) == (404, "page not found")
 
 
 @pytest.mark.parametrize(
@@ -160,6 +166,7 @@ def test_a_client_is_told_all_parts(shared: tuple[Served, Path]) -> None:
     assert served.ask("equations?model=nonsense").status == 404
 
 
+@pytest.mark.thorough
 def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_machine(own: tuple[Served, Path]) -> None:
     served, path = own
     good = path.read_text()
@@ -177,7 +184,7 @@ def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_mac
         said = one.until(lambda parts: "TOML" in str(parts["checked"]["error"]))["checked"]["error"]
         assert said["line"] == good[: good.index("gravity =")].count("\n") + 1
         path.unlink()
-        one.until(lambda parts: "there is no such file" in str(parts["checked"]["error"]))
+        one.until(lambda parts: "no such file" in str(parts["checked"]["error"]))
         longer = path.with_name("saved")
         longer.write_text(good.replace("value = 0.4", "value = 0.5"))
         longer.replace(path)  # as editors save
@@ -185,6 +192,7 @@ def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_mac
     assert served.ask("picture").text != picture
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["rx90.par", "pendant_arm.urdf"])
 def test_files_of_other_formats_are_shown_and_not_edited(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
@@ -200,6 +208,7 @@ def test_files_of_other_formats_are_shown_and_not_edited(name: str, tmp_path: Pa
 # What is written
 
 
+@pytest.mark.thorough
 def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served, Path]) -> None:
     served, path = own
     before = path.read_bytes()
@@ -222,6 +231,7 @@ def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served,
         assert edit(served, seen, "98").status == 200 and served.ask("redo", {}).status == 422, "a change ends what was"
 
 
+@pytest.mark.thorough
 def test_what_was_saved_elsewhere_is_neither_overwritten_nor_undone(own: tuple[Served, Path]) -> None:
     served, path = own
     seen = version(served)
@@ -236,6 +246,7 @@ def test_what_was_saved_elsewhere_is_neither_overwritten_nor_undone(own: tuple[S
     assert served.ask("redo", {}).status == 409 and path.read_bytes() == theirs
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -284,6 +295,130 @@ def test_where_the_file_cannot_be_replaced_it_stays(own: tuple[Served, Path], mo
     assert path.read_bytes() == before and [*path.parent.iterdir()] == [path]
 
 
+def test_a_link_in_the_place_of_the_file_is_neither_read_nor_written(own: tuple[Served, Path]) -> None:
+    served, path = own
+    secret = path.with_name("secret.toml")
+    secret.write_bytes(path.read_bytes().replace(b"2.5", b"31337"))
+    before = secret.read_bytes()
+    with served.watching() as news:
+        seen = news.until(lambda parts: "cost" in parts)["file"]["version"]
+        path.unlink()
+        path.symlink_to(secret)
+        error = news.until(lambda parts: parts["checked"]["error"])["checked"]["error"]
+        assert error["what"] == "is a link now, which it was not: start again with the file itself"
+        for answer in (edit(served, seen, "1"), edit(served, version_of(before), "1"), served.ask("undo", {})):
+            assert answer.status == 422
+        assert served.ask("equations?model=inertia_matrix").status == 422
+        assert "31337" not in json.dumps(news.parts)
+    assert secret.read_bytes() == before and path.is_symlink()
+
+
+def test_a_folder_that_becomes_a_link_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "arm.toml").write_text("secret = 31337")
+    (tmp_path / "mine").mkdir()
+    file = FollowedFile(str(shutil.copy(EXAMPLES / "planar_2r.toml", tmp_path / "mine" / "arm.toml")))
+    assert file.content()
+    (tmp_path / "mine").rename(tmp_path / "moved")
+    (tmp_path / "mine").symlink_to(tmp_path / "other")
+    with pytest.raises(InputError, match="is a link now"):
+        file.content()
+
+
+@pytest.mark.thorough
+def test_a_link_that_the_name_is_leads_to_the_file_that_is_written(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    real = Path(shutil.copy(EXAMPLES / "planar_2r.toml", tmp_path / "real" / "arm.toml"))
+    (tmp_path / "link.toml").symlink_to(real)
+    with serving(tmp_path / "link.toml") as served:
+        assert edit(served, version(served), "97.5").status == 200
+    assert b"97.5" in real.read_bytes() and (tmp_path / "link.toml").is_symlink()
+
+
+def test_a_read_only_file_stays(own: tuple[Served, Path]) -> None:
+    served, path = own
+    before, seen = path.read_bytes(), version(served)
+    path.chmod(0o444)
+    answer = edit(served, seen, "97.5")
+    assert (answer.status, answer.text) == (422, "file: is read-only: make it writable, or choose another name")
+    assert path.read_bytes() == before and path.stat().st_mode & 0o777 == 0o444
+
+
+@pytest.mark.thorough
+def test_all_names_of_a_file_are_edited(own: tuple[Served, Path]) -> None:
+    served, path = own
+    path.with_name("other").hardlink_to(path)
+    assert edit(served, version(served), "97.5").status == 200
+    assert b"97.5" in path.with_name("other").read_bytes() == path.read_bytes()
+
+
+def test_a_file_in_latin_1_is_not_edited_and_says_why(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_bytes("# Länge\n".encode("latin-1") + (EXAMPLES / "planar_2r.toml").read_bytes())
+    with serving(path) as served, served.watching() as news:
+        parts = news.until(lambda parts: parts.get("checked", {}).get("error"))
+        said = "the byte 0xe4 is not UTF-8: save the file as UTF-8 text"
+        assert (parts["checked"]["error"]["what"], parts["checked"]["error"]["line"]) == (said, 1)
+        answer = edit(served, parts["file"]["version"], "1")
+    assert (answer.status, answer.text) == (422, f"line 1, column 4: {said}")
+
+
+# What is logged, and what is kept
+
+
+def test_no_log_holds_the_address(shared: tuple[Served, Path], caplog: pytest.LogCaptureFixture) -> None:
+    served, _ = shared
+    token = served.address.split("/")[3]
+    for path in ("equations?model=%ff", "nothing", "cell?%ff", "%ff"):
+        assert served.ask(path).status in (400, 404, 405)
+    assert served.ask("cell", b"{").status == 400
+    assert token not in caplog.text
+
+
+def test_errors_of_the_program_are_logged_without_the_address(
+    shared: tuple[Served, Path], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served, _ = shared
+
+    def fail() -> str:
+        raise RuntimeError("a defect")
+
+    monkeypatch.setattr("symoro_elastic.pages.live.handlers.live_page", fail)
+    assert served.ask("").status == 500
+    assert "RuntimeError: a defect" in caplog.text and served.address.split("/")[3] not in caplog.text
+
+
+def test_garbage_is_collected_while_it_is_served(tmp_path: Path) -> None:
+    """Commands that end soon leave it, edits would add up."""
+    path = shutil.copy(EXAMPLES / "planar_2r.toml", tmp_path)
+    before = gc.get_threshold()
+    try:
+        gc.set_threshold(2_000_000, 50)
+        with serving(Path(path)) as served:
+            served.ask("")
+            assert gc.get_threshold()[0] == 700
+        assert gc.get_threshold()[:2] == (2_000_000, 50)
+    finally:
+        gc.set_threshold(*before)
+
+
+def test_the_page_is_served_before_computing_has_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the process that all are forked from still imports."""
+    path, imported = Path(shutil.copy(EXAMPLES / "planar_2r.toml", tmp_path)), threading.Event()
+    context = following._context()
+    begin = context.Process.start  # type: ignore[attr-defined]
+
+    def wait(process: Any) -> None:
+        assert imported.wait(LONGEST)
+        begin(process)
+
+    monkeypatch.setattr(context.Process, "start", wait)  # type: ignore[attr-defined]
+    with serving(path, Work) as served, served.watching() as news:
+        assert "<script" in served.ask("").text and news.until(lambda parts: "file" in parts).keys() == {"file"}
+        imported.set()
+        assert news.until(lambda parts: "checked" in parts)["checked"]["error"] is None
+
+
 def written_until(call: int, path: Path) -> bool:
     """Write a cell in a process killed before the n-th function that it calls of files; whether all was written."""
     child = os.fork()
@@ -323,6 +458,7 @@ def killed_everywhere(path: Path) -> None:
     assert found == [before] * replaced + [after] * (len(found) - replaced)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a POSIX system")
 def test_a_kill_in_the_middle_of_writing_loses_nothing(tmp_path: Path) -> None:
     """In a process of its own, which is small: those that are killed are copies of it."""
@@ -335,8 +471,8 @@ def test_a_kill_in_the_middle_of_writing_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_served_is_said_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "none.toml: file: there is no such file" in refused("live", tmp_path / "none.toml")
-    assert "there is no format '.docx'" in refused("live", "machine.docx")
+    assert "none.toml: file: no such file" in refused("live", tmp_path / "none.toml")
+    assert "unknown format '.docx'" in refused("live", "machine.docx")
     with serving(EXAMPLES / "planar_2r.toml") as served:
         taken = served.host.partition(":")[2]
         assert f"--port: {taken} cannot be had" in refused("live", EXAMPLES / "planar_2r.toml", "--port", taken)

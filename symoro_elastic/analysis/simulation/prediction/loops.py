@@ -22,7 +22,7 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import CURRENT, Biquad, Cascade, DeadTime, FirstOrder
 from symoro_elastic.analysis.control.drive_laws import LIMITS, XD, DriveLaw, X, law_of, parts_of_path
 from symoro_elastic.analysis.simulation.compiled_steps import refuse_sampled
-from symoro_elastic.analysis.simulation.drive_torques import inputs_of
+from symoro_elastic.analysis.simulation.driven import inputs_of
 from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, is_torque
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.foundation.array_types import Array
@@ -33,55 +33,57 @@ CONTROLLER = "controller"
 
 
 def refuse_drives(reference: Reference) -> None:
-    """Raise `InputError` for what linear models of motions do not have of drives: samples, measured loads."""
+    """Raise `InputError` for drives that linear models of motions do not have: sampled, with measured loads."""
     refuse_sampled(reference)
-    known = drives_of(reference.machine).by_motor
-    for one in reference.drives:
-        drive = known[one.motor]
+    drives = drives_of(reference.machine).by_motor
+    for cascade in reference.drives:
+        drive = drives[cascade.motor]
         for key in (key for key, there in (("measured", drive.measured != MOTOR), ("period", drive.period)) if there):
             what = "has no part in a linear model of a motion: leave it out, or simulate"
-            raise reference.machine.error(f"drives, {one.motor}, {key}", what)
+            raise reference.machine.error(f"drives, {cascade.motor}, {key}", what)
 
 
-def part_names(one: Cascade) -> list[str]:
-    """Return the name of each element of a path as a scene names it, `motor_x.lag`; empty for one that has to stay."""
+def part_names(cascade: Cascade) -> list[str]:
+    """Return the names of the elements of a path in a scene, `motor_x.lag`; empty for those that have to stay."""
     filters, found = 0, []
-    for element in one.path:
+    for element in cascade.path:
         part = "dead_time" if isinstance(element, DeadTime) else ""
         if isinstance(element, FirstOrder | Biquad):
             is_lag = element.name == CURRENT
             filters += not is_lag
             part = "lag" if is_lag else f"filter_{filters}"
-        found.append(f"{one.motor}.{part}" if part else "")
+        found.append(f"{cascade.motor}.{part}" if part else "")
     return found
 
 
 def without_parts(drives: Sequence[Cascade], left_out: Collection[str]) -> tuple[Cascade, ...]:
     """Return the drives in which some parts follow at once."""
     return tuple(
-        replace(one, path=tuple(x for x, name in zip(one.path, part_names(one), strict=True) if name not in left_out))
-        for one in drives
+        replace(
+            drive, path=tuple(x for x, name in zip(drive.path, part_names(drive), strict=True) if name not in left_out)
+        )
+        for drive in drives
     )
 
 
 def names_of_states(drives: Sequence[Cascade]) -> tuple[str, ...]:
     """Return the names of w: a part that may be left out names the first of its states."""
-    return tuple(name for one in drives for name in _names(one))
+    return tuple(name for drive in drives for name in _names(drive))
 
 
-def _names(one: Cascade) -> Iterator[str]:
-    controller = len(law_of(replace(one, path=())).A)
-    yield from (f"{one.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
-    ahead, _ = parts_of_path(one)
-    named = zip(one.path, part_names(one), strict=True)
+def _names(drive: Cascade) -> Iterator[str]:
+    controller = len(law_of(replace(drive, path=())).A)
+    yield from (f"{drive.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
+    ahead, _ = parts_of_path(drive)
+    named = zip(drive.path, part_names(drive), strict=True)
     for element, name in sorted(named, key=lambda pair: pair[0] not in ahead):
-        states = len(law_of(replace(one, path=(element,))).A) - controller
-        yield from ((name if name and k == 0 else f"{one.motor}.{element.name} {k + 1}") for k in range(states))
+        states = len(law_of(replace(drive, path=(element,))).A) - controller
+        yield from ((name if name and k == 0 else f"{drive.motor}.{element.name} {k + 1}") for k in range(states))
 
 
 def parts_of(drives: Sequence[Cascade]) -> tuple[str, ...]:
     """Return the names of the parts that may be left out."""
-    return tuple(name for one in drives for name in part_names(one) if name)
+    return tuple(name for drive in drives for name in part_names(drive) if name)
 
 
 class Loops:
@@ -89,13 +91,13 @@ class Loops:
 
     def __init__(self, reference: Reference, drives: Sequence[Cascade], t: Array) -> None:
         self.drives, self.names = tuple(drives), names_of_states(drives)
-        self.laws = [law_of(one) for one in drives]
+        self.laws = [law_of(drive) for drive in drives]
         on = replace(reference, drives=self.drives).motion(t)
         x, xd = reference.of_motors(on)
         self._u = inputs_of(reference, on, x, xd)
         (at,) = inputs_of(reference, on[:1], x[:1], xd[:1])
         at[:, [2, X, XD]] = 0.0
-        self._rest = [law.rest @ u for law, u in zip(self.laws, at, strict=True)]
+        self._rest = [law.steady @ u for law, u in zip(self.laws, at, strict=True)]
         self._motors = list(reference.machine.motor_entries)
         self._held = reference.start.torques
 
@@ -106,7 +108,7 @@ class Loops:
             first += len(law.A)
 
     def matrices(self, n: int) -> tuple[Array, Array]:
-        """Return what loops add to D and K, (n + states, n + states) of a machine of n joints."""
+        """Return the D and K of loops, (n + states, n + states) for a machine of n joints."""
         D, K = np.zeros((2, n + len(self.names), n + len(self.names)))
         for k, part, law in self._each():
             m, own = self._motors[k], slice(n + part.start, n + part.stop)
@@ -116,11 +118,11 @@ class Loops:
         return D, K
 
     def forces(self, n: int) -> Array:
-        """Return what drives them, (N, n + states)."""
+        """Return the forces that drive the loops, (N, n + states)."""
         R = np.zeros((len(self._u), n + len(self.names)))
         for k, part, law in self._each():
             R[:, n + part.start : n + part.stop] = law.A @ self._rest[k] + self._u[:, k] @ law.B.T
-            R[:, self._motors[k]] = self.known(k)
+            R[:, self._motors[k]] = self.torque_offset(k)
         return R
 
     def refuse_beyond(self, reference: Reference, d: Array, dd: Array) -> None:
@@ -131,24 +133,24 @@ class Loops:
             u[:, X] += d[:, m]
             u[:, XD] += dd[:, m]
             z = self._rest[k] + dd[:, n + part.start : n + part.stop]
-            taken = np.abs(z @ law.F.T + u @ law.G.T).max(axis=0) / law.limits
+            used = np.abs(z @ law.F.T + u @ law.G.T).max(axis=0) / law.limits
             for j, what in zip(LIMITS, ("torque or current", "voltage"), strict=True):
-                if taken[j] > 1:
-                    told = f"the motion takes {taken[j]:.3g} times that of the {what}, where loops are not linear: "
+                if used[j] > 1:
+                    excess = f"the motion needs {used[j]:.3g} times that of the {what}, where loops are not linear: "
                     place = f"drives, {self.drives[k].motor}, limits"
-                    raise reference.machine.error(place, told + "raise it, move slower, or simulate")
+                    raise reference.machine.error(place, excess + "raise it, move slower, or simulate")
 
-    def known(self, motor: int) -> Array:
-        """Return the torque (N,) of a drive on its set point with the states of the start, less what holds."""
+    def torque_offset(self, motor: int) -> Array:
+        """Return the torque (N,) of a drive on its set point with the states of the start, less that of the start."""
         law = self.laws[motor]
-        found: Array = law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor]
-        return found
+        torque: Array = law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor]
+        return torque
 
     def outputs(self, of: Outputs, n: int) -> tuple[Outputs, Array]:
-        """Return the rows of outputs with those of torques, and what is known of them (N, outputs)."""
+        """Return the rows of outputs with those of torques, and outputs (N, outputs) without a deviation."""
         Cq, Cv, Ca = (np.pad(C, ((0, 0), (0, 0), (0, len(self.names)))) for C in (of.Cq, of.Cv, of.Ca))
-        known = np.zeros(Cq.shape[:2])
-        motors = [one.motor for one in self.drives]
+        offsets = np.zeros(Cq.shape[:2])
+        motors = [drive.motor for drive in self.drives]
         for row, name in enumerate(of.names):
             if not is_torque(name):
                 continue
@@ -156,12 +158,12 @@ class Loops:
                 if motors[k] == name.rpartition(".")[0]:
                     Cq[:, row, self._motors[k]], Cv[:, row, self._motors[k]] = law.D[X], law.D[XD]
                     Cv[:, row, n + part.start : n + part.stop] = law.C
-                    known[:, row] = self.known(k)
-        return replace(of, Cq=Cq, Cv=Cv, Ca=Ca), known
+                    offsets[:, row] = self.torque_offset(k)
+        return replace(of, Cq=Cq, Cv=Cv, Ca=Ca), offsets
 
 
 def by_parts(sets: Sequence[Collection[int]], parts: Collection[int]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
-    """Yield the parts that are left out, and the numbers of the sets that leave them out."""
+    """Yield omitted parts, and the numbers of the sets without them."""
     keys = [tuple(sorted(k for k in left_out if k in parts)) for left_out in sets]
     order = sorted(range(len(sets)), key=lambda k: keys[k])
     for key, rows in groupby(order, key=lambda k: keys[k]):

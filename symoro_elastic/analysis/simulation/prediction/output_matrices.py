@@ -1,4 +1,4 @@
-"""What changes of outputs follow from small motions: dy = Cq d + Cv d' + Ca d'', at every time of a motion.
+"""Changes of outputs by small motions: dy = Cq d + Cv d' + Ca d'', at every time of a motion.
 
 Outputs are signals (`numerics/motion/signals.py`), and torques of motors: `motor_x.tau`. Where static springs deflect
 by the reactions in the motion, placements x of frames change by
@@ -15,21 +15,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.prediction.samples import between, slopes
 from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.static_springs import with_free_springs
-from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
 from symoro_elastic.numerics.motion.signals import outputs as output_signals
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 MOTION_MODELS = ("jacobian", "velocities", "accelerations")
 """Models by the order of the output that their results are rows of."""
 Three = tuple[Array, Array, Array]
 Deflections = Callable[[Array, Array, Array], Array]
 """q_E (N, s) of states q, v, a (N, n)."""
+NEIGHBOURS = range(4)
+STEP = 1e-6
+"""Of central differences, rad, m, rad/s or m/s: of quantities that change over 1, they are right to 1e-10."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Outputs:
     follows: BoolArray
 
     def at(self, t: Array, wanted: Array) -> Outputs:
-        """Return the rows at other times, cubic between the times t (N,) of these."""
+        """Return the rows at other times, cubic between the times t (N,)."""
         Cq, Cv, Ca = (between(t, C, wanted) for C in (self.Cq, self.Cv, self.Ca))
         return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
 
@@ -111,13 +113,13 @@ def _add_frames(
     machine: Machine, signals: Sequence[Signal], states: Three, rows: Three, deflections: Deflections | None
 ) -> None:
     """Fill the rows of frames: the Jacobian, and how velocities and accelerations change with the state."""
-    asked = {row: signal for row, signal in enumerate(signals) if isinstance(signal, FrameSignal)}
-    if not asked:
+    by_row = {row: signal for row, signal in enumerate(signals) if isinstance(signal, FrameSignal)}
+    if not by_row:
         return
     names = FrameNames(machine)
-    texts = {row: names.in_base(signal.number, signal.at) for row, signal in asked.items()}
+    texts = {row: names.in_base(signal.number, signal.at) for row, signal in by_row.items()}
     frames = tuple(dict.fromkeys(texts.values()))
-    highest = max(signal.order for signal in asked.values())
+    highest = max(signal.order for signal in by_row.values())
     models = MOTION_MODELS[: highest + 1]
     model = numpy_model(machine, models, dict.fromkeys(models, frames))
     q, v, a = states
@@ -128,9 +130,9 @@ def _add_frames(
     if highest > 1:
         by_q = slopes(lambda q: model.accelerations(q, v, a), q)
         by_order.append((by_q, slopes(lambda v: model.accelerations(q, v, a), v), J))
-    for row, signal in asked.items():
-        for C, found in zip(rows, by_order[signal.order], strict=False):
-            C[:, row] = found[:, frames.index(texts[row]), signal.component]
+    for row, signal in by_row.items():
+        for C, matrix in zip(rows, by_order[signal.order], strict=False):
+            C[:, row] = matrix[:, frames.index(texts[row]), signal.component]
 
 
 def placement_rows(machine: Machine, frames: Sequence[str], states: Three, deflections: Deflections) -> Three:
@@ -141,9 +143,9 @@ def placement_rows(machine: Machine, frames: Sequence[str], states: Three, defle
     E = [k for k, name in enumerate(names) if name in static]
     R = [k for k, name in enumerate(names) if name not in static]
     q, v, a = states
-    placed = np.zeros((len(q), len(names)))
-    placed[:, R], placed[:, E] = q, deflections(q, v, a)
-    J = numpy_model(free, ("jacobian",), {"jacobian": tuple(frames)}).jacobian(placed)
+    variables = np.zeros((len(q), len(names)))
+    variables[:, R], variables[:, E] = q, deflections(q, v, a)
+    J = numpy_model(free, ("jacobian",), {"jacobian": tuple(frames)}).jacobian(variables)
     by_q, by_v, by_a = (
         np.einsum("tfce,ten->tfcn", J[..., E], x)
         for x in (
@@ -153,3 +155,38 @@ def placement_rows(machine: Machine, frames: Sequence[str], states: Three, defle
         )
     )
     return J[..., R] + by_q, by_v, by_a
+
+
+def between(t: Array, x: Array, wanted: Array) -> Array:
+    """Return x (N, ...), given at even times t (N,), at other times: cubic through the four nearest."""
+    place = (wanted - t[0]) / (t[1] - t[0])
+    first = np.clip(place.astype(int) - 1, 0, len(t) - len(NEIGHBOURS))
+    s = place - first
+    total = np.zeros((len(wanted), *x.shape[1:]))
+    for k in NEIGHBOURS:
+        neighbours = [m for m in NEIGHBOURS if m != k]
+        weight = np.prod([(s - m) / (k - m) for m in neighbours], axis=0)
+        total += weight.reshape(-1, *(1,) * (x.ndim - 1)) * x[first + k]
+    return total
+
+
+def interpolate(h: float, x: tuple[Array, Array, Array], wanted: Array) -> tuple[Array, Array]:
+    """Return x and x' (M, ...) at times (M,) from x, x', x'' (N, ...) at times h apart from 0.
+
+    Between samples they are polynomials of degree 5 with these values at both ends.
+    """
+    place = np.clip(wanted / h, 0.0, len(x[0]) - 1)
+    first = np.minimum(place.astype(int), len(x[0]) - 2)
+    s = (place - first).reshape(-1, *(1,) * (x[0].ndim - 1))
+    (a, b), (u, v), (f, g) = ((y[first] * h**k, y[first + 1] * h**k) for k, y in enumerate(x))
+    rise, turn, bend = b - a - u - f / 2, v - u - f, (g - f) / 2  # what the last three coefficients have to reach
+    c3, c4, c5 = 10 * rise - 4 * turn + bend, -15 * rise + 7 * turn - 2 * bend, 6 * rise - 3 * turn + bend
+    value = a + s * (u + s * (f / 2 + s * (c3 + s * (c4 + s * c5))))
+    rate = u + s * (f + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))
+    return value, rate / h
+
+
+def slopes(function: Callable[[Array], Array], x: Array) -> Array:
+    """Return the derivatives (N, ..., n) of values (N, ...) by x (N, n), by central differences."""
+    changes = STEP * np.eye(x.shape[1])
+    return np.stack([(function(x + change) - function(x - change)) / (2 * STEP) for change in changes], axis=-1)

@@ -24,27 +24,27 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
-from symoro_elastic.analysis.simulation.prediction.loads import passed_loads
+from symoro_elastic.analysis.simulation.compiled_steps import Trajectory
 from symoro_elastic.analysis.simulation.prediction.loops import Loops, parts_of, refuse_drives, without_parts
-from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, outputs_along
-from symoro_elastic.analysis.simulation.prediction.samples import between
+from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, between, outputs_along
 from symoro_elastic.analysis.simulation.prediction.small_motion import LinearMotion, SmallMotion, small_motion
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.vibration.following import refuse_sticking
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.joint_laws import friction_slope
-from symoro_elastic.models.static_deflections import DEFLECTIONS
-from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.models.kinematics.geometric import DEFLECTIONS
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.inertia import refuse_singular
+from symoro_elastic.numerics.verification.implementations import numpy_model
 
 SAMPLES = 800
 """Times along a motion."""
 NEWTON_STEPS = 2
 NEAR = 10.0
-"""Of a deviation of a joint, rad or m: beyond it the linear model tells nothing."""
+"""Largest deviation of a joint, rad or m, for which the linear model is used."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class LinearPath:
     `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness` (n,) and
     `damping` (N, n) are those of springs, dampers, friction and servos on the joints: diagonal; `preload` (n,) are the
     forces of the springs at the start. Drives have coordinates after those of joints: `controlled` is what loops add to
-    D and K, `parts` are the entries of what they can do without, `known` (N, outputs) is what outputs have of them
+    D and K, `parts` are the entries of what they can do without, `offsets` (N, outputs) are outputs by drives
     without a deviation, `machine` the model without drives. `of_loads` (N, n, n) is what friction that rises with load
     adds to M, which implicit steps do not have. SI units, radians.
     """
@@ -74,13 +74,13 @@ class LinearPath:
     preload: Array
     controlled: tuple[Array, Array] | None = None
     parts: tuple[int, ...] = ()
-    known: Array | None = None
+    offsets: Array | None = None
     of_loads: Array | None = None
     machine: LinearPath | None = field(default=None, repr=False)
 
     @property
     def candidates(self) -> tuple[int, ...]:
-        """What can be left out: springs, then parts of drives."""
+        """Entries that can be omitted: springs, then parts of drives."""
         return (*self.springs, *self.parts)
 
     def with_drives(self, drives: Sequence[Cascade]) -> LinearPath:
@@ -93,7 +93,7 @@ class LinearPath:
         ends = ((0, 0), (0, more), (0, more))
         M = np.pad(self.M, ends)
         M[:, range(n, n + more), range(n, n + more)] = 1.0
-        outputs, known = loops.outputs(self.outputs, n)
+        outputs, offsets = loops.outputs(self.outputs, n)
         parts = parts_of(drives)
         return replace(
             self,
@@ -109,7 +109,7 @@ class LinearPath:
             preload=np.pad(self.preload, (0, more)),
             controlled=(D, K),
             parts=tuple(k for k, name in enumerate(loops.names, start=n) if name in parts),
-            known=known,
+            offsets=offsets,
             of_loads=None if self.of_loads is None else np.pad(self.of_loads, ends),
             machine=self,
         )
@@ -132,7 +132,7 @@ class LinearPath:
         return float(self.t[1] - self.t[0])
 
     @cached_property
-    def prescribed(self) -> tuple[int, ...]:
+    def prescribed_entries(self) -> tuple[int, ...]:
         """Entries of q that follow the reference exactly."""
         return tuple(k for k in range(len(self.joints)) if k not in self.moved)
 
@@ -141,23 +141,23 @@ class LinearPath:
         return tuple(self.joints[k] for k in entries)
 
     def without(self, sets: Sequence[Collection[int]], forces: Array | None = None) -> SmallMotion:
-        """Return d, d', d'' (N, sets, n), zero for the springs that each set leaves out; sets are equally large.
+        """Return d, d', d'' (N, sets, n), zero for the springs in a set; sets are equally large.
 
         `forces` (N, n) are those that drive it, R where none are given.
         """
         rows = np.array([[k for k in self.moved if k not in left_out] for left_out in sets], dtype=int)
         columns = rows[:, None, :]
         M, D, K = (x[:, rows[:, :, None], columns] for x in (self.M, self.D, self.K))
-        found = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
-        return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
+        motion = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
+        return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (motion.d, motion.dd, motion.ddd)))
 
     def driven_by(self, forces: Array, left_out: Collection[int]) -> SmallMotion:
-        """Return d, d', d'' (N, sets, n) under each of several forces (N, sets, n), zero for springs left out."""
+        """Return d, d', d'' (N, sets, n) under several forces (N, sets, n), zero for springs left out."""
         rows = [k for k in self.moved if k not in left_out]
         M, D, K = (x[:, rows][:, None, :, rows] for x in (self.M, self.D, self.K))
-        found = small_motion(LinearMotion(self.h, M, D, K, forces[:, :, rows]))
+        motion = small_motion(LinearMotion(self.h, M, D, K, forces[:, :, rows]))
         columns = np.broadcast_to(np.array(rows, dtype=int), (forces.shape[1], len(rows)))
-        return SmallMotion(*(_spread(x, columns, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
+        return SmallMotion(*(_spread(x, columns, len(self.joints)) for x in (motion.d, motion.dd, motion.ddd)))
 
     def recovering(self, static: Sequence[int]) -> LinearPath:
         """Return the model whose outputs follow the deflections of static springs E, for motions that leave them out.
@@ -179,17 +179,17 @@ class LinearPath:
     def every_second(self) -> LinearPath:
         """The model at every second time."""
         M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
-        known, of_loads = (None if x is None else x[::2] for x in (self.known, self.of_loads))
+        offsets, of_loads = (None if x is None else x[::2] for x in (self.offsets, self.of_loads))
         every_second = replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.every_second)
-        return replace(every_second, damping=self.damping[::2], known=known, of_loads=of_loads, machine=None)
+        return replace(every_second, damping=self.damping[::2], offsets=offsets, of_loads=of_loads, machine=None)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
         M, D, K, R, damping = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R, self.damping))
-        known, of_loads = (None if x is None else between(self.t, x, t) for x in (self.known, self.of_loads))
-        found = replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
-        return replace(found, known=known, of_loads=of_loads, machine=None)
+        offsets, of_loads = (None if x is None else between(self.t, x, t) for x in (self.offsets, self.of_loads))
+        path = replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
+        return replace(path, offsets=offsets, of_loads=of_loads, machine=None)
 
 
 def linear_path(
@@ -205,12 +205,12 @@ def linear_path(
     near: SmallMotion | None = None
     for _ in range(newton_steps - 1):
         with np.errstate(over="ignore", invalid="ignore"):
-            found = along.about(near, ()).without([()])
-        if not np.abs(found.d[..., : len(along.motion.names)]).max(initial=0.0) <= NEAR:
+            deviation = along.about(near, ()).without([()])
+        if not np.abs(deviation.d[..., : len(along.motion.names)]).max(initial=0.0) <= NEAR:
             break
-        near = found
+        near = deviation
     path = along.about(near, outputs)
-    if any(one.is_limited for one in reference.drives):
+    if any(drive.is_limited for drive in reference.drives):
         moved = path.without([()])
         Loops(reference, reference.drives, path.t).refuse_beyond(reference, moved.d[:, 0], moved.dd[:, 0])
     return path
@@ -235,25 +235,25 @@ class _Along:
         if deviation is not None:
             d, dd, ddd = (x[:, 0, : len(self.motion.names)] for x in (deviation.d, deviation.dd, deviation.ddd))
             states = states[0] + d, states[1] + dd, states[2] + ddd
-        M, D, K = self._given_to(self.model.linearization, *states)
-        taken, inertia = self._forces_taken(M, states), M.copy()
+        M, D, K = self._results_of(self.model.linearization, *states)
+        forces, inertia = self._forces_of_reference(M, states), M.copy()
         loads = passed_loads(self.motion, *states[:2])
-        damping = {one.k: one.add(M, D, K, taken, states[2]) for one in loads}
-        self._refuse_infinite(taken, M, D, K)
+        damping = {load.k: load.add(M, D, K, forces, states[2]) for load in loads}
+        self._refuse_infinite(forces, M, D, K)
         if deviation is not None:
             terms = ((K, d), (D, dd), (M, ddd))
             driven = sum(np.einsum("tij,tj->ti", matrix, x) for matrix, x in terms)
-        R = self.reference.start.tau - taken + driven
+        R = self.reference.start.tau - forces + driven
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
-        deflections = partial(self._given_to, self.model.static_deflections) if self.machine.static else None
+        deflections = partial(self._results_of, self.model.static_deflections) if self.machine.static else None
         rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques, deflections)
         stiffness, slopes, preload = _laws(self.motion, self.reference.start.q, states[1])
         for k, slope in damping.items():
             slopes[:, k] += slope
-        found = self._served(M, D, K, R, rows, (stiffness, slopes, preload))
-        return replace(found, of_loads=M - inertia if loads else None).with_drives(self.reference.drives)
+        path = self._with_servos(M, D, K, R, rows, (stiffness, slopes, preload))
+        return replace(path, of_loads=M - inertia if loads else None).with_drives(self.reference.drives)
 
-    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, laws: Three) -> LinearPath:
+    def _with_servos(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, laws: Three) -> LinearPath:
         """Return the model with the gains of servos, or without equations of motors."""
         reference, motors, names = self.reference, self.motors, self.motion.names
         stiffness, damping, preload = laws
@@ -270,21 +270,21 @@ class _Along:
             reference, tuple(names), self.t, M, D, K, R, outputs, tuple(moved), springs, stiffness, damping, preload
         )
 
-    def _forces_taken(self, M: Array, states: Three) -> Array:
+    def _forces_of_reference(self, M: Array, states: Three) -> Array:
         """Return ID(q, v, a) (N, n), springs and friction included, less what forces on frames do.
 
         The hybrid inverse model gives tau and a' with M a' + ... = tau at the same q, v; M (a - a') is what remains.
         """
         q, v, a = states
-        tau, found = self._given_to(self.model.inverse_dynamics, q, v, a[:, self.motors])
-        taken: Array = (M @ (a - found)[..., None])[..., 0]
-        taken[:, self.motors] += tau
-        return taken
+        tau, acceleration = self._results_of(self.model.inverse_dynamics, q, v, a[:, self.motors])
+        forces: Array = (M @ (a - acceleration)[..., None])[..., 0]
+        forces[:, self.motors] += tau
+        return forces
 
-    def _given_to(self, model: Callable[..., Any], *states: Array) -> Any:
+    def _results_of(self, model: Callable[..., Any], *states: Array) -> Any:
         """Return the results of a generated function, under the forces on frames and without loads in friction."""
-        given = {"f_ext": self.wrenches, "load": np.zeros((len(self.t), len(self.machine.loaded)))}
-        return model(*states, **{name: x for name, x in given.items() if name in signature(model).parameters})
+        arguments = {"f_ext": self.wrenches, "load": np.zeros((len(self.t), len(self.machine.loaded)))}
+        return model(*states, **{name: x for name, x in arguments.items() if name in signature(model).parameters})
 
     def _refuse_infinite(self, *arrays: Array) -> None:
         finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)
@@ -319,7 +319,7 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
     """Raise `InputError` for joints that depend on others, dry friction without a motor, and no inertia."""
     refuse_coupled(motion.given)
     for j in motion.given.with_backlash:
-        what = "the ladder takes springs as straight: leave it out, or use simulate"
+        what = "the ladder requires linear springs: leave it out, or use simulate"
         raise motion.given.error(f"joint {motion.given.joint(j).name}, backlash", what)
     for j in motion.given.bristles:
         what = (
@@ -332,16 +332,89 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
 
 
 def refuse_coupled(machine: Machine) -> None:
-    """Raise `InputError` where joints depend on the variables of others."""
+    """Raise `InputError` where joints depend on the variables of other joints."""
     if not machine.is_coupled:
         return
     if machine.loops:
         raise machine.error(f"loop {machine.loops[0].name}", "the ladder does not handle loops: use simulate")
     variables = set(machine.variables)
     for joint in machine.joints:
-        others = variables & set(joint.selected.names) - {str(joint.variable)}
-        if others:
+        followed = variables & set(joint.selected.names) - {str(joint.variable)}
+        if followed:
             what = (
-                f"it follows {', '.join(sorted(others))}, and the ladder does not handle coupled joints: use simulate"
+                f"it follows {', '.join(sorted(followed))}, and the ladder does not handle coupled joints: use simulate"
             )
             raise machine.error(f"joint {joint.name}", what)
+
+
+@dataclass(frozen=True)
+class PassedLoad:
+    """A joint whose friction rises with load along a motion: its entry k, its own forces, its sense s and slope s'.
+
+    `own` (N,) and `slope` (N,) are forces of its spring, damper and friction without load and their derivative by v,
+    `share` mu, `rotor` Ia, `stiffness` that of its spring.
+    """
+
+    k: int
+    own: Array
+    slope: Array
+    sense: Array
+    rise: Array
+    share: float
+    rotor: float
+    stiffness: float
+
+    def load(self, forces: Array, a: Array) -> Array:
+        """Return lambda (N,) by the forces taken without load in friction, and accelerations (N, n)."""
+        load: Array = forces[:, self.k] - self.own - self.rotor * a[:, self.k]
+        return load
+
+    def add(self, M: Array, D: Array, K: Array, forces: Array, a: Array) -> Array:
+        """Add this friction to M, D, K (N, n, n) and to the forces taken (N, n); return its slope by v (N,)."""
+        k, unit, load = self.k, np.eye(a.shape[1])[self.k], self.load(forces, a)
+        at_load = self.share * np.sign(load) * self.sense
+        rise: Array = self.share * np.abs(load) * self.rise
+        forces[:, k] += self.share * np.abs(load) * self.sense
+        for matrix, of_joint in ((M, self.rotor), (D, self.slope[:, None]), (K, self.stiffness)):
+            matrix[:, k] += at_load[:, None] * (matrix[:, k] - of_joint * unit)
+        D[:, k, k] += rise
+        return rise
+
+
+def with_passed_loads(reference: Reference, trajectory: Trajectory) -> Trajectory:
+    """Return the motion of a machine whose joints all are motors that follow exactly, with the loads of friction."""
+    machine, order = reference.loaded, np.argsort(reference.machine.motor_entries)
+    if not machine.loaded:
+        return trajectory
+    arguments = {"qdd_motor": reference.at(trajectory.t)[2], "load": np.zeros((len(trajectory.t), len(machine.loaded)))}
+    arguments["f_ext"], _ = reference.wrenches(trajectory.t)
+    model = numpy_model(machine, ("inverse_dynamics",)).inverse_dynamics
+    tau = model(
+        trajectory.q, trajectory.qd, **{name: x for name, x in arguments.items() if name in signature(model).parameters}
+    )
+    a, forces = (x[:, order] for x in (arguments["qdd_motor"], tau[0] if isinstance(tau, tuple) else tau))
+    loads = passed_loads(EquationsOfMotion(machine), trajectory.q, trajectory.qd)
+    return trajectory.with_blocks(load=np.stack([load.load(forces, a) for load in loads], axis=1))
+
+
+def passed_loads(motion: EquationsOfMotion, q: Array, v: Array) -> list[PassedLoad]:
+    """Return the joints whose friction rises with load, at positions and velocities (N, n)."""
+    rows, machine = motion.given.independent, motion.given
+    return [_passed_load(motion, machine.joint(j), rows.index(j), q, v) for j in machine.loaded]
+
+
+def _passed_load(motion: EquationsOfMotion, joint: Joint, k: int, q: Array, v: Array) -> PassedLoad:
+    law, spring, v = joint.friction, joint.spring, v[:, k]
+    cells = (law.viscous, law.coulomb, law.static, law.creep, law.stribeck, law.load, joint.reflected_inertia)
+    viscous, coulomb, static, creep, stribeck, share, rotor = (x.value(motion.parameters) for x in cells)
+    of_spring = (
+        x.value(motion.parameters) * joint.has_spring for x in (spring.stiffness, spring.damping, spring.neutral)
+    )
+    stiffness, damping, neutral = of_spring
+    speed = np.hypot(v, creep)
+    sense, rise = v / speed, creep**2 / speed**3
+    falls = (static - coulomb) / (1 + (v / stribeck) ** 2) if static else 0.0 * v
+    steeper = -2 * v / stribeck**2 * falls / (1 + (v / stribeck) ** 2) if static else 0.0
+    own = stiffness * (q[:, k] - neutral) + (damping + viscous) * v + (coulomb + falls) * sense
+    slope = damping + viscous + (coulomb + falls) * rise + steeper * sense
+    return PassedLoad(k, own, slope, sense, rise, share, rotor, stiffness)

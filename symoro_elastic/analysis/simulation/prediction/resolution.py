@@ -1,4 +1,4 @@
-"""The linear model at times so close that it tells a motion, and the vibrations in it."""
+"""The linear model at times close enough to resolve a motion, and the vibrations in it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ WINDOWS = 20
 """Parts of a motion whose largest deviations are compared: how late a long vibration is does not count."""
 MOST_SAMPLES = 16 * SAMPLES
 SLOW = 1e-6
-"""Seconds that a step takes about, to say how long many of them would."""
+"""Typical time of a step, s, to estimate that of many."""
 MOST_IN_DETAIL = 5_000_000
-"""Steps that tell all parts of a motion: they are halved, and refined, to measure errors."""
+"""Most steps that resolve all parts of a motion: they are halved, and refined, to measure errors."""
 
 
 def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath:
@@ -41,7 +41,7 @@ def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> Linea
 def path_if_resolved(reference: Reference, tolerance: Mapping[str, float]) -> LinearPath | None:
     """Return the linear model along a motion; None for motions that are too long.
 
-    Its samples are doubled until every second one tells the same.
+    Its samples are doubled until every second sample gives the same outputs.
     """
     samples = max(SAMPLES, in_detail(reference))
     while samples <= MOST_SAMPLES:
@@ -53,16 +53,16 @@ def path_if_resolved(reference: Reference, tolerance: Mapping[str, float]) -> Li
 
 
 def in_detail(reference: Reference) -> int:
-    """Return the samples that tell all parts of a motion, an even number."""
+    """Return the number of samples, an even one, that resolve all parts of a motion."""
     shortest = min(_times(reference), default=reference.duration)
     return 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest))
 
 
 def refuse_unresolved(reference: Reference) -> None:
-    """Raise `InputError` for motions whose shortest part takes more steps to tell than are carried out."""
+    """Raise `InputError` for motions whose shortest part needs too many steps."""
     steps = in_detail(reference)
     if steps > MOST_IN_DETAIL:
-        what = f"its shortest move, rise of a force or period of an oscillation takes {min(_times(reference)):.3g} s: "
+        what = f"its shortest move, rise of a force or period of an oscillation lasts {min(_times(reference)):.3g} s: "
         what = f"{what}{steps:.3g} steps, some {steps * SLOW / 3600:.2g} h, {MOST_IN_DETAIL:.0e} is the limit; "
         most = rounded_down(reference.duration * MOST_IN_DETAIL / steps)
         what += f"give at most {most} s, or leave that part out"
@@ -70,7 +70,7 @@ def refuse_unresolved(reference: Reference) -> None:
 
 
 def _times(reference: Reference) -> Iterator[float]:
-    """Times in which something happens, s: moves, rises of forces, periods, and what a record tells."""
+    """Durations of the parts of a motion, s: moves, rises of forces, periods, and samples of a record."""
     yield from (move.lasts for move in reference.prescribed.moves)
     yield from (force.lasts for force in reference.prescribed.forces)
     yield from (1 / wobble.frequency for wobble in reference.prescribed.wobbles)
@@ -80,10 +80,10 @@ def _times(reference: Reference) -> Iterator[float]:
 
 def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
     """Whether every second sample gives the same outputs."""
-    found, half = (_largest(Deviations(each).outputs) for each in (path, path.every_second))
-    apart = np.abs(found - half).max(axis=0)
+    full, half = (_largest(Deviations(x).outputs) for x in (path, path.every_second))
+    apart = np.abs(full - half).max(axis=0)
     allowed = OF_TOLERANCE * np.array([tolerance.get(name, 0.0) for name in path.outputs.names])
-    return bool((apart <= np.maximum(OF_DEVIATION * found.max(axis=0), allowed)).all())
+    return bool((apart <= np.maximum(OF_DEVIATION * full.max(axis=0), allowed)).all())
 
 
 def _largest(outputs: Array) -> Array:

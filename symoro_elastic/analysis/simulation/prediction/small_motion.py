@@ -5,7 +5,7 @@ complex system,
 
     (M + z h D + (z h)^2 K) k = right side,
 
-no inverse of M and no state beside d and d'. It neither damps nor amplifies, and a vibration of w rad/s is late by
+no inverse of M and no state but d and d'. It neither damps nor amplifies, and a vibration of w rad/s is late by
 (w h)^5 / 720 rad a step. M, D and K are those of the middle of a step, R is cubic through the four nearest samples.
 """
 
@@ -23,7 +23,7 @@ _eigenvalues, _S = np.linalg.eig(_A)
 Z = complex(_eigenvalues[0])
 """An eigenvalue of the matrix of the method; the other is its conjugate."""
 CONSTANT, LINEAR = (complex(x) for x in np.linalg.solve(_S, np.stack([np.ones(2), _c - 0.5], axis=1))[0])
-"""Components along the eigenvector of Z: of a rate that is 1 at both stages, of one that is their place in a step."""
+"""Components along the eigenvector of Z: of a rate that is 1 at both stages, of a rate that is linear in a step."""
 WEIGHT = complex(0.5 * _S[:, 0].sum())
 """Weight of this component at the end of a step; the conjugate adds as much."""
 
@@ -58,13 +58,13 @@ def small_motion(model: LinearMotion) -> SmallMotion:
     for k, (transition, push) in enumerate(zip(*_steps(model), strict=True)):
         states[k + 1] = transition @ states[k] + push
     d, dd = states[..., :n, 0], states[..., n:, 0]
-    left = model.R - _times(model.K, d) - _times(model.D, dd)
-    ddd = np.linalg.solve(model.M, left[..., None])[..., 0]
+    residual = model.R - _times(model.K, d) - _times(model.D, dd)
+    ddd = np.linalg.solve(model.M, residual[..., None])[..., 0]
     return SmallMotion(d, dd, np.asarray(ddd, dtype=float))
 
 
 def _steps(model: LinearMotion) -> tuple[Array, Array]:
-    """Return the matrix (steps, ..., 2n, 2n) of each step and what is added (steps, ..., 2n, 1) to [d; d']."""
+    """Return the matrices (steps, ..., 2n, 2n) of steps and the vectors (steps, ..., 2n, 1) that are added."""
     M, D, K = (_middle(x) for x in (model.M, model.D, model.K))
     even, odd = _at_stages(model.R)
     h, n = model.h, model.R.shape[-1]
@@ -84,10 +84,10 @@ def _steps(model: LinearMotion) -> tuple[Array, Array]:
 
 
 def _at_stages(R: Array) -> tuple[Array, Array]:
-    """Return the mean of R at the two stages of each step, and its change from one end of a step to the other.
+    """Return the mean of R at the two stages of a step, and its change from one end of a step to the other.
 
-    Of the cubic through samples at -3/2, -1/2, 1/2, 3/2 the stages, at s^2 = 1/12, see 13/12 of what the inner two
-    tell less 1/12 of what the outer two do: of means, and of slopes.
+    At the stages, s^2 = 1/12, the cubic through samples at -3/2, -1/2, 1/2, 3/2 is 13/12 of the mean of the inner two
+    less 1/12 of that of the outer two; likewise its slope.
     """
     before, after = 3 * (R[:1] - R[1:2]) + R[2:3], 3 * (R[-1:] - R[-2:-1]) + R[-3:-2]
     padded = np.concatenate([before, R, after])

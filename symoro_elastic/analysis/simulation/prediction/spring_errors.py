@@ -1,4 +1,4 @@
-"""What it costs to leave springs out of a motion: held where they start, or following statically.
+"""Errors by springs that are omitted in a motion: locked where they start, or quasi-static.
 
 E are the springs that are left out, R the coordinates that stay, d the small motion of all, d_R that of R alone.
 
@@ -51,16 +51,16 @@ class Deviations:
     @cached_property
     def outputs(self) -> Array:
         """dy (N, outputs) with all springs."""
-        return self._with_known(self.path.outputs.of(self.whole))[:, 0]
+        return self._with_offsets(self.path.outputs.of(self.whole))[:, 0]
 
     def errors(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
         """Return the errors (sets, outputs) of springs that are locked, and that are static; parts of drives follow."""
-        whole = self.outputs[:, None]
-        locked, static = np.zeros((2, len(sets), whole.shape[-1]))
+        outputs = self.outputs[:, None]
+        locked, static = np.zeros((2, len(sets), outputs.shape[-1]))
         for parts, rows in by_parts(sets, self.path.parts):
             springs = [tuple(k for k in sets[row] if k not in parts) for row in rows]
-            found = Deviations(self.path.without_parts(self.path.names(parts))).with_springs(springs)
-            locked[rows], static[rows] = (np.abs(whole - x).max(axis=0) for x in found)
+            reduced = Deviations(self.path.without_parts(self.path.names(parts))).with_springs(springs)
+            locked[rows], static[rows] = (np.abs(outputs - x).max(axis=0) for x in reduced)
         return locked, static
 
     def with_springs(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
@@ -69,19 +69,19 @@ class Deviations:
         locked = path.outputs.of(reduced)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + self.static_deflections(reduced, sets)))
         static = np.where(path.outputs.follows, recovered, locked)
-        return self._with_known(locked), self._with_known(static)
+        return self._with_offsets(locked), self._with_offsets(static)
 
-    def _with_known(self, dy: Array) -> Array:
-        """Return dy (N, sets, outputs) with what is known of outputs without a deviation."""
-        return dy if self.path.known is None else dy + self.path.known[:, None]
+    def _with_offsets(self, dy: Array) -> Array:
+        """Return dy (N, sets, outputs) plus the outputs without a deviation."""
+        return dy if self.path.offsets is None else dy + self.path.offsets[:, None]
 
     def under(self, forces: Array, left_out: Collection[int]) -> Array:
-        """Return dy (N, sets, outputs) under each of several forces (N, sets, n), with the same springs static."""
+        """Return dy (N, sets, outputs) under several forces (N, sets, n), with the same springs static."""
         path, reduced = self.path, self.path.driven_by(forces, left_out)
         deflected = self.static_deflections(reduced, [left_out] * forces.shape[1], forces)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + deflected))
-        found: Array = np.where(path.outputs.follows, recovered, path.outputs.of(reduced))
-        return found
+        outputs: Array = np.where(path.outputs.follows, recovered, path.outputs.of(reduced))
+        return outputs
 
     def static_deflections(
         self, reduced: SmallMotion, sets: Sequence[Collection[int]], forces: Array | None = None
@@ -91,16 +91,16 @@ class Deviations:
         path, left_out = self.path, np.zeros((len(sets), len(self.path.joints)))
         for row, chosen in enumerate(sets):
             left_out[row, list(chosen)] = 1.0
-        taken = ((path.M, reduced.ddd), (path.D, reduced.dd), (path.K, reduced.d))
-        load = driving - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in taken)
+        terms = ((path.M, reduced.ddd), (path.D, reduced.dd), (path.K, reduced.d))
+        load = driving - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in terms)
         deflections: Array = load * left_out / np.where(path.stiffness, path.stiffness, np.inf)
         return deflections
 
 
 def spring_errors(paths: Sequence[Deviations], sets: Sequence[Collection[int]]) -> list[Errors]:
-    """Return what each set of springs (entries of q, sets equally large) costs: the largest over all motions."""
-    found = [deviations.errors(sets) for deviations in paths]
-    locked, static = (np.max([errors[kind] for errors in found], axis=0) for kind in range(2))
+    """Return the errors of sets of springs (entries of q, sets equally large): the largest over all motions."""
+    by_motion = [deviations.errors(sets) for deviations in paths]
+    locked, static = (np.max([errors[kind] for errors in by_motion], axis=0) for kind in range(2))
     path = paths[0].path
     return [
         Errors(path.names(sorted(left_out)), *(dict(zip(path.outputs.names, x.tolist(), strict=True)) for x in pair))

@@ -1,4 +1,4 @@
-"""Steps that an explicit method bears, and vibrations that an implicit one damps instead of following."""
+"""Largest stable steps of explicit methods, and the frequencies that implicit methods damp."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
-from symoro_elastic.analysis.simulation.prediction.schemes import growth
-from symoro_elastic.codegen.integration.methods import Method
+from symoro_elastic.analysis.simulation.prediction.step_error import growth
+from symoro_elastic.codegen.integration.tableaus import Method
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 
 ROUNDING = 1e-9
-"""Growth in a step that is rounding of a pole and no instability."""
+"""Growth in a step that is due to rounding of a pole, not to instability."""
 GROWING = 1e-6
 """Real part of a pole, of its magnitude, above which its motion grows by itself."""
 FARTHEST, APART = 15.0, 0.005
@@ -23,7 +23,7 @@ PLACES = 40
 KEPT = 0.9
 """Part of its amplitude that a vibration keeps over a period, up to which it counts as damped."""
 SLOWEST, FREQUENCIES = 1e-2, 2000
-"""w h of the slowest vibration that is tried; how many up to pi are."""
+"""w h of the slowest vibration that is evaluated, and the number of vibrations up to pi."""
 
 
 def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
@@ -35,8 +35,8 @@ def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
     system = np.zeros((len(places), 2 * r, 2 * r))
     system[:, :r, r:] = np.eye(r)
     system[:, r:] = -np.linalg.solve(M, np.concatenate([K, D], axis=2))
-    found: ComplexArray = np.linalg.eigvals(system).astype(complex).ravel()
-    return found
+    values: ComplexArray = np.linalg.eigvals(system).astype(complex).ravel()
+    return values
 
 
 def largest_stable_step(method: Method, of: ComplexArray) -> float:
@@ -71,8 +71,8 @@ def _reach(method: Method, directions: ComplexArray) -> Array:
     low = high - APART
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        held = _stable(method, directions * middle)
-        low, high = np.where(held, middle, low), np.where(held, high, middle)
+        is_stable = _stable(method, directions * middle)
+        low, high = np.where(is_stable, middle, low), np.where(is_stable, high, middle)
     return np.where(stable.all(axis=1), np.inf, low)
 
 
@@ -87,8 +87,8 @@ def damped_above(method: Method, h: float) -> float | None:
     the energy, or make it grow.
     """
     wh = np.geomspace(SLOWEST, np.pi, FREQUENCIES)
-    kept = np.abs(growth(method, 1j * wh))
-    if not kept[-1] < 1 - ROUNDING:
+    gain = np.abs(growth(method, 1j * wh))
+    if not gain[-1] < 1 - ROUNDING:
         return None
-    damped = kept ** (2 * np.pi / wh) <= KEPT
+    damped = gain ** (2 * np.pi / wh) <= KEPT
     return float(wh[int(np.argmax(damped)) if damped.any() else -1] / (2 * np.pi * h))

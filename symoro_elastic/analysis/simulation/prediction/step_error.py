@@ -1,4 +1,4 @@
-"""The error that a method makes at a step, before anything is simulated: the method itself on the linear model.
+"""Predicted errors of a method's steps: the method itself on the linear model.
 
     y' = y_r' + J (y - y_r) + [0; M^-1 R],    J = [0 I; -M^-1 K, -M^-1 D],    y = [q; v]
 
@@ -9,32 +9,41 @@ Motors without servo are where they are prescribed to be at every stage. The exa
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from functools import cached_property, singledispatch
+from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.prediction.output_matrices import between, interpolate
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
-from symoro_elastic.analysis.simulation.prediction.samples import between, interpolate
-from symoro_elastic.analysis.simulation.prediction.schemes import gamma, in_floats, nodes, step
 from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
-from symoro_elastic.codegen.integration.methods import Method
-from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
-from symoro_elastic.codegen.integration.tableaus import Tableau
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.codegen.integration.tableaus import (
+    Coefficients,
+    Method,
+    Midpoint,
+    Rosenbrock,
+    Tableau,
+    WMethod,
+    times_of,
+)
+from symoro_elastic.foundation.array_types import AnyArray, Array
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
 FEWEST, MOST_STEPS = 10, 5_000
 """Steps over a motion that are tried."""
 MARGIN, SAVED = 1.05, 1.15
-"""Steps more than the order of a method asks for; ratio of steps that are too few and enough, for a choice."""
+"""Ratio of steps to those by the order of a method; ratio of steps that are too few and enough, for a choice."""
 SHORTLY = 0.02
 """Part of the time between samples over which df/dt is taken."""
 BLOCK = 256
 """Steps whose matrices are made at once."""
+Rate = Callable[[int, AnyArray], AnyArray]
+Solve = Callable[[AnyArray], AnyArray]
 
 
 @dataclass(frozen=True)
@@ -47,8 +56,8 @@ class _Rates:
 
     @cached_property
     def _at_zero(self) -> Array:
-        found: Array = self.rate - (self.slope @ self.reference[..., None])[..., 0]
-        return found
+        offset: Array = self.rate - (self.slope @ self.reference[..., None])[..., 0]
+        return offset
 
     def at(self, Y: Array) -> Array:
         """Return f of affine functions."""
@@ -113,18 +122,18 @@ class _Steps:
         def solution(r: Array) -> Array:
             return self.solver.solution(r) if self.solver else r
 
-        found: Array = step(self.method, self.h, start, rate, solution, self._of_time(start))
-        return self._placed(found, self.ends)
+        functions: Array = step(self.method, self.h, start, rate, solution, self._of_time(start))
+        return self._with_driven(functions, self.ends)
 
     def _at(self, rates: _Rates, Y: Array) -> Array:
         """Return f, motors where they are prescribed to be then."""
-        return rates.at(self._placed(Y, rates.reference))
+        return rates.at(self._with_driven(Y, rates.reference))
 
-    def _placed(self, Y: Array, there: Array) -> Array:
-        placed = Y.copy()
-        placed[:, self.driven] = 0.0
-        placed[:, self.driven, -1] = there[:, self.driven]
-        return placed
+    def _with_driven(self, Y: Array, there: Array) -> Array:
+        result = Y.copy()
+        result[:, self.driven] = 0.0
+        result[:, self.driven, -1] = there[:, self.driven]
+        return result
 
     def _of_time(self, Y: Array) -> Array:
         """Return df/dt at the start of steps."""
@@ -151,7 +160,7 @@ class StepErrors:
         return np.array([k for k in self.path.moved if k not in self.left_out], dtype=int)
 
     def errors(self, method: Method, steps: int) -> dict[str, float]:
-        """Return the largest error of each output at the ends of even steps; infinite where it grows out of range."""
+        """Return the largest errors by output at the ends of even steps; infinite where they grow out of range."""
         path = self.path
         t = np.linspace(0.0, path.t[-1], steps + 1)
         outputs = path.outputs.at(path.t, t)
@@ -159,14 +168,14 @@ class StepErrors:
             wrong = self._run(method, t) - self._exact(t)
             q, v = np.split(wrong, 2, axis=1)
             terms = ((outputs.Cq, q), (outputs.Cv, v), (outputs.Ca, self._accelerations(t, wrong)))
-            found = np.abs(sum(np.einsum("toi,ti->to", C, x) for C, x in terms)).max(axis=0)
-        return dict(zip(outputs.names, np.where(np.isfinite(found), found, np.inf).tolist(), strict=True))
+            largest = np.abs(sum(np.einsum("toi,ti->to", C, x) for C, x in terms)).max(axis=0)
+        return dict(zip(outputs.names, np.where(np.isfinite(largest), largest, np.inf).tolist(), strict=True))
 
     def _exact(self, t: Array) -> Array:
         """Return y (N, 2n) of the linear model at times t."""
-        found = self._solution
+        solution = self._solution
         h = self.path.h / FINE
-        value, rate = interpolate(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
+        value, rate = interpolate(h, (solution.d[:, 0], solution.dd[:, 0], solution.ddd[:, 0]), t)
         y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
         return y
 
@@ -186,19 +195,20 @@ class StepErrors:
     def _steps(self, method: Method, t: Array) -> _Steps:
         """Return the steps between times t (N,)."""
         n, h, begins = len(self.path.joints), float(t[1] - t[0]), t[:-1]
-        entries = np.array(self.path.prescribed, dtype=int)
+        entries = np.array(self.path.prescribed_entries, dtype=int)
+        near = [np.clip(begins + sign * SHORTLY * self.path.h, 0.0, self.path.t[-1]) for sign in (-1, 1)]
         return _Steps(
             method,
             h,
             tuple(self._rates(begins + c * h) for c in nodes(method)),
             None if isinstance(method, Tableau) else self._solver(method, begins, h),
-            self._around(begins) if isinstance(method, Rosenbrock) else None,
+            (self._rates(near[0]), self._rates(near[1]), near[1] - near[0]) if isinstance(method, Rosenbrock) else None,
             np.concatenate([entries, n + entries]),
             self._states(t[1:]),
         )
 
     @cached_property
-    def _sampled(self) -> tuple[Array, Array]:
+    def _at_samples(self) -> tuple[Array, Array]:
         """-M^-1 [K, D] (N, n, 2n) and v' at y_r (N, n) at the samples of the model.
 
         They are smooth where the acceleration of a motor under a servo is not.
@@ -214,13 +224,8 @@ class StepErrors:
 
     def _rates(self, t: Array) -> _Rates:
         path = self.path
-        slope, rate = (between(path.t, x, t) for x in self._sampled)
+        slope, rate = (between(path.t, x, t) for x in self._at_samples)
         return _Rates(slope, self._states(t), rate)
-
-    def _around(self, t: Array) -> tuple[_Rates, _Rates, Array]:
-        """Return f shortly before and after times t, and the time between."""
-        before, after = (np.clip(t + sign * SHORTLY * self.path.h, 0.0, self.path.t[-1]) for sign in (-1, 1))
-        return self._rates(before), self._rates(after), after - before
 
     def _solver(self, method: Method, t: Array, h: float) -> _Solver:
         path, rows, g = self.path, self.rows, gamma(method) * h
@@ -265,26 +270,26 @@ def fewest_steps(
 
     More are taken where a few per cent of them would not be saved.
     """
-    wrong, steps, tried = (0, np.inf), max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
-    while (excess := relative(tried, tolerance) / share) > 1:
+    wrong, steps, errors = (0, np.inf), max(at_least, FEWEST), of.errors(method, max(at_least, FEWEST))
+    while (excess := relative(errors, tolerance) / share) > 1:
         factor = float(np.clip(MARGIN * excess ** (1 / method.order), 1.2, 8.0))
         if steps * factor > MOST_STEPS:
-            return _extrapolated(method, steps, tried, excess)
+            return _extrapolation(method, steps, errors, excess)
         wrong, steps = (steps, excess), int(np.ceil(steps * factor))
-        tried = of.errors(method, steps)
+        errors = of.errors(method, steps)
     while wrong[0] and steps > max(SAVED * wrong[0], wrong[0] + 1):
-        fewer = _between(wrong, (steps, relative(tried, tolerance) / share))
-        found = of.errors(method, fewer)
-        excess = relative(found, tolerance) / share
+        fewer = _between(wrong, (steps, relative(errors, tolerance) / share))
+        fewer_errors = of.errors(method, fewer)
+        excess = relative(fewer_errors, tolerance) / share
         if excess > 1:
             wrong = fewer, excess
         else:
-            steps, tried = fewer, found
-    return StepChoice(steps, tried)
+            steps, errors = fewer, fewer_errors
+    return StepChoice(steps, errors)
 
 
 def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
-    """Return steps between too few and enough, neither of both: about as many as the excess of their errors tells."""
+    """Return steps between too few and enough, neither of both, estimated from the excess of their errors."""
     middle = np.sqrt(wrong[0] * enough[0])
     if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
         order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
@@ -293,10 +298,87 @@ def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
     return int(np.clip(round(float(middle)), wrong[0] + 1, enough[0] - 1))
 
 
-def _extrapolated(method: Method, steps: int, tried: Mapping[str, float], excess: float) -> StepChoice:
+def _extrapolation(method: Method, steps: int, errors: Mapping[str, float], excess: float) -> StepChoice:
     """Return the steps at which errors that were found at too few are small enough, by the order of the method."""
     if not np.isfinite(excess):
-        return StepChoice(MOST_STEPS, tried, is_tried=False)
+        return StepChoice(MOST_STEPS, errors, is_tried=False)
     factor = excess ** (1 / method.order)
-    fewer = {name: error / factor**method.order for name, error in tried.items()}
+    fewer = {name: error / factor**method.order for name, error in errors.items()}
     return StepChoice(int(np.ceil(steps * factor)), fewer, is_tried=False)
+
+
+def in_floats(method: Method) -> Method:
+    """Return a method with its coefficients in double precision."""
+    values = {field.name: getattr(method, field.name) for field in fields(method)}
+    return replace(method, **{name: _floats(value) for name, value in values.items()})
+
+
+def _floats(value: Any) -> Any:
+    """Return a value with floats for the fractions in it."""
+    if isinstance(value, tuple):
+        return tuple(map(_floats, value))
+    return float(value) if isinstance(value, Fraction) else value
+
+
+def nodes(method: Method) -> Array:
+    """Return the parts of a step at which a method evaluates the right side, stage by stage."""
+    return np.array(times_of(method), dtype=float)
+
+
+def gamma(method: Method) -> float:
+    """Return gamma of the linear systems of a method, 0 for an explicit one."""
+    if isinstance(method, Midpoint):
+        return 0.5
+    return 0.0 if isinstance(method, Tableau) else float(method.gamma)
+
+
+@singledispatch
+def step(method: Method, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    """Return y (...,) after a step of h; `of_time` is df/dt at its start, for methods with exact derivatives."""
+    raise NotImplementedError
+
+
+@step.register
+def _(method: Tableau, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k: list[AnyArray] = []
+    for i, row in enumerate(method.A):
+        k.append(f(i, y + h * _sum(row, k)))
+    return y + h * _sum(method.b, k)
+
+
+@step.register
+def _(method: WMethod, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k: list[AnyArray] = []
+    for i, (a, g) in enumerate(zip(method.a, method.g, strict=True)):
+        w = _sum(g, k) / float(method.gamma)
+        k.append(solve(f(i, y + h * _sum(a, k)) + w) - w)
+    return y + h * _sum(method.b, k)
+
+
+@step.register
+def _(method: Rosenbrock, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    u: list[AnyArray] = []
+    for i, (a, c) in enumerate(zip(method.a, method.c, strict=True)):
+        right = f(i, y + _sum(a, u)) + _sum(c, u) / h + float(method.gammas[i]) * h * of_time
+        u.append(float(method.gamma) * h * solve(right))
+    return y + _sum(method.m, u)
+
+
+@step.register
+def _(method: Midpoint, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+    k = 0.0 * y
+    for _iteration in range(method.iterations):
+        k = k + solve(f(0, y + h / 2 * k) - k)
+    return y + h * k
+
+
+def growth(method: Method, z: AnyArray) -> AnyArray:
+    """Return R(z), the growth of y in a step where y' = lambda y, z = lambda h and T is exact."""
+    ones = np.ones_like(z)
+    return step(method, 1.0, ones, lambda _, y: z * y, lambda r: r / (1 - gamma(method) * z), 0.0 * ones)
+
+
+def _sum(weights: Coefficients, terms: list[AnyArray]) -> AnyArray:
+    """Return sum_j weights_j terms_j, zero where there are none."""
+    parts = [float(weight) * term for weight, term in zip(weights, terms, strict=True) if weight]
+    return sum(parts[1:], start=parts[0]) if parts else np.zeros(())

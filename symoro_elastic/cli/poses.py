@@ -1,0 +1,60 @@
+"""Commands about a machine at one position: evaluate, ik, stiffness."""
+
+from __future__ import annotations
+
+from symoro_elastic.api.options import Evaluating, Reaching, Reading, Yielding
+from symoro_elastic.cli.listed import command
+from symoro_elastic.cli.options import JSON, MACHINE, call, takes
+from symoro_elastic.cli.output import print_result, steps
+from symoro_elastic.cli.reading import read, scene_of
+
+
+@command("evaluate")
+@MACHINE
+@takes(Evaluating)
+@takes(Reading, "reading", "base")
+@JSON
+def evaluate(machine: str, options: Evaluating, reading: Reading, as_json: bool) -> None:
+    """Give torques, accelerations, placements and what else models compute, with units."""
+    from symoro_elastic.api import poses
+
+    with steps() as step:
+        step("evaluate")
+        whole = read(machine, reading)
+        scene_of(whole, options)
+        result = call(poses.evaluate, whole, options)
+    print_result(result, as_json)
+
+
+@command("ik")
+@MACHINE
+@takes(Reaching)
+@JSON
+def ik(machine: str, options: Reaching, as_json: bool) -> int:
+    """Solve the inverse geometry within the limits of joints, from several starts and from closed forms.
+
+    Springs stay neutral. Exit code 1 where no start reaches the pose.
+    """
+    from symoro_elastic.api import poses
+
+    with steps() as step:
+        step("inverse geometry")
+        result = call(poses.ik, read(machine), options)
+    print_result(result, as_json)
+    return int(not result.solutions)
+
+
+@command("stiffness")
+@MACHINE
+@takes(Yielding)
+@JSON
+def stiffness(machine: str, options: Yielding, as_json: bool) -> None:
+    """Give the 6 x 6 matrix with motors held, the worst direction, each spring's share, and what to stiffen."""
+    from symoro_elastic.api import poses
+
+    with steps() as step:
+        step("stiffness")
+        whole = read(machine)
+        scene_of(whole, options.scene)
+        result = call(poses.stiffness, whole, options)
+    print_result(result, as_json)

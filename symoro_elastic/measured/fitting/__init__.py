@@ -1,0 +1,1 @@
+"""Fits of any model to measurements: unknowns, estimates and their verdicts, undetermined directions."""

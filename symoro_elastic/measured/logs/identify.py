@@ -1,0 +1,589 @@
+"""From measurements to parameters: filter, stack averages, group, solve, judge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_wrapped
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import Unknown
+from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
+from symoro_elastic.measured.logs.estimation import (
+    FEWEST_ROWS,
+    FROM_DATA,
+    Estimation,
+    LinearModel,
+    balanced_rows,
+    estimate,
+    fewest_rows,
+    formula,
+    refuse_short,
+    solve,
+    without_hidden_rows,
+)
+from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
+from symoro_elastic.measured.logs.friction_laws import (
+    CONVERGED,
+    EXACT,
+    LAWS,
+    LOAD,
+    ROUNDS,
+    FrictionLaws,
+    Motion,
+    groups_of,
+    refuse_laws,
+    without_cogging,
+)
+from symoro_elastic.measured.logs.late_columns import Delays, Late, delays_of, late_velocities, moved_back, said_of_late
+from symoro_elastic.measured.logs.mistakes import mistakes_of
+from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlation
+from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
+from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
+from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
+from symoro_elastic.measured.logs.regression import (
+    Regressor,
+    RegressorColumn,
+    others_than,
+    refuse_unknown_labels,
+    regressor,
+    zero_entries,
+)
+from symoro_elastic.measured.logs.result import Identification, agree
+from symoro_elastic.measured.logs.sensors import (
+    AUTO,
+    NEVER,
+    Columns,
+    Sensors,
+    Torques,
+    of_sensors,
+    sensors_of_few,
+    sought_sensors,
+)
+from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
+from symoro_elastic.numerics.motion.independent_joints import moved_by
+
+STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
+RANK_STATES = 60  # random states of the structural rank
+FEWEST_REVERSALS = 2  # of a joint, in the median, in a record that is not short
+SLOW = 0.1  # of the largest velocity: slower samples do not count as reversals
+MOST_LATE = 6  # steps to late columns
+MOST_STAYING = 0.9  # of the samples at an end of a range: the others are within the noise
+SAMPLES = 200  # of the torques by a unit of a parameter
+
+
+@dataclass(frozen=True)
+class LogSettings:
+    """How logs are identified.
+
+    `values` are numbers of named parameters (geometry), `known` values of columns that are not estimated (`M13`, `FS5`:
+    weighed, or zero), `seek` bodies or labels that alone are estimated, `unseen` columns that torques do not depend on
+    (measured behind transmissions). `bandwidth` of the motion, Hz, if the spectrum is not to decide; with `filtered`
+    False measurements are used as they are. `offsets` of torques and their `delay` are estimated "auto", "always" or
+    "never". `trust` is the relative deviation of the file's values from the truth: bodies are physically consistent
+    then, records may be short. `laws` are of friction beyond FV and FS. `robust` omits averages that stand out. With
+    `is_evidence` for a joint fit, driven joints are estimated alone where noise hides parameters of the others.
+    """
+
+    values: Mapping[str, float] | None = None
+    known: Mapping[str, float] = field(default_factory=dict)
+    seek: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+    bandwidth: float | None = None
+    filtered: bool = True
+    offsets: str = AUTO
+    delay: str = AUTO
+    trust: float | None = None
+    laws: FrictionLaws = field(default_factory=FrictionLaws)
+    robust: bool = False
+    is_evidence: bool = False
+
+
+def identify(
+    machine: Machine,
+    measured: Measurements | Sequence[Measurements],
+    settings: LogSettings | None = None,
+    step: Announce = announce_nothing,
+    Y: Regressor | None = None,
+) -> Identification:
+    """Return the parameters of a machine from one or several records of measurements.
+
+    Raises `InputError` for records without torques or excitation, and for labels that do not exist.
+    """
+    settings = settings or LogSettings()
+    records = [measured] if isinstance(measured, Measurements) else list(measured)
+    for record in records:
+        refuse_wrapped(record, machine)
+    step("filter")
+    chosen = filter_of(records, _driven(machine), settings.bandwidth) if settings.filtered else None
+    pieces_of_records = [_continuous(record, chosen, machine) for record in records]
+    step("trace")
+    Y = Y or regressor(without_cogging(machine), settings.values)
+    step("group")
+    equations = _base_equations(machine, Y, _fixed_columns(Y.columns, settings, machine))
+    refuse_amount(pieces_of_records, chosen, len(equations.estimated_columns), settings.trust is not None)
+    step("stack")
+    stacked = partial(_Stack, equations, chosen=chosen, laws=settings.laws)
+    fit = partial(_fit, stacked, pieces_of_records, settings, step)
+    result, staying = fit(())
+    agreeing = [m for m in staying if agree(result, fit([m])[0])]
+    return fit(agreeing)[0] if agreeing else result
+
+
+def _fit(
+    stacked: Callable[..., _Stack],
+    pieces_of_records: Sequence[Sequence[Measurements]],
+    settings: LogSettings,
+    step: Announce,
+    trusted: Collection[int],
+) -> tuple[Identification, list[int]]:
+    """Return what is identified, and the motors whose torques stay at an end of their range; some are trusted there."""
+    stack, late = _in_time(partial(stacked, trusted=trusted), pieces_of_records, settings.delay)
+    step("solve")
+    try:
+        return stack.identification(late, settings), stack.staying
+    except InputError as error:
+        raise InputError(error.file, error.place, "; ".join([error.what, *stack.of_stays()])) from None
+
+
+def _in_time(
+    stacked: Callable[[Sequence[Sequence[Measurements]]], _Stack],
+    pieces_of_records: Sequence[Sequence[Measurements]],
+    delay: str,
+) -> tuple[_Stack, list[Late]]:
+    """Return the rows of records whose columns are moved back that lag others by whole samples, and late columns.
+
+    None is moved unless all are in time then.
+    """
+    first = stack = stacked(pieces_of_records)
+    if delay == NEVER or (chosen := first.sampled[0].chosen) is None:
+        return first, []
+    longest = max((record for pieces in pieces_of_records for record in pieces), key=lambda record: len(record.t))
+    late = {column.key: column for column in late_velocities(longest, chosen)}
+
+    def shifted_stack() -> _Stack:
+        return stacked([[moved_back(record, late.values()) for record in pieces] for pieces in pieces_of_records])
+
+    if late:
+        stack = shifted_stack()
+    for _ in range(MOST_LATE):
+        delays = stack.delays()
+        if delays is None or (column := delays.clear or delays.still(late.values())) is None:
+            break
+        before = late[column.key].whole if column.key in late else 0
+        late[column.key] = replace(column, samples=column.whole + before)
+        stack = shifted_stack()
+    in_time = delays is None or (not delays.clear and all(map(delays.leaves, late.values())))
+    if not in_time:
+        stack, late, delays = first, {}, first.delays()
+    moved_columns = [replace(column, torques=None) for column in late.values() if column.whole]
+    if delays is None:
+        return stack, moved_columns
+    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.systematic]
+
+
+class _Stack:
+    """Rows of the pieces of several records, and what is estimated from them."""
+
+    def __init__(
+        self,
+        equations: Equations,
+        pieces: Sequence[Sequence[Measurements]],
+        chosen: Filter | None,
+        laws: FrictionLaws,
+        trusted: Collection[int] = (),
+    ) -> None:
+        """`pieces` are listed by record; torques of `trusted` motors (0-based) count at an end of their range."""
+        refuse_laws(equations.machine, laws)
+        records = [piece for some in pieces for piece in some]
+        self._numbers = [k for k, some in enumerate(pieces) for _ in some]
+        self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(pieces))
+        self.sampled = [equations.sample(record, chosen, trusted) for record in records]
+        rows = [equations.rows(sampled) for sampled in self.sampled]
+        self.t = np.concatenate([x.t for x in rows])
+        fixed_torques = np.concatenate([x.given for x in rows])
+        self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
+        Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
+        correlation, period = np.concatenate([x.correlation for x in rows], axis=1), records[0].period
+        fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
+        repeating = any(x.motion.staircases for x in self.sampled)
+        torques, draws = _torques(equations, self.sampled, fixed_torques), _draws(equations, self.sampled)
+        noise = RowNoise(_noises(rows), correlation, repeating, draws if repeating else None)
+        self.columns = Columns(Y, offsets, torques, noise, period, fastest)
+        if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
+            raise InputError(self._source, "tau", f"hardly anything is left of it: {'; '.join(self.of_stays())}")
+        _refuse_zero_torques(self.columns.torques(0.0)[0], self._source)
+        self._plain = self.columns
+        self.driven: Estimation | None = None
+        self._said: list[str] = []
+        self._unsettled: list[str] = []
+
+    @property
+    def staying(self) -> list[int]:
+        """Motors (0-based) whose torques stay at an end of their range, or do not change."""
+        motors: list[int] = np.flatnonzero(np.any([x.staying.any(axis=0) for x in self.sampled], axis=0)).tolist()
+        return motors
+
+    def of_stays(self) -> list[str]:
+        """Return a line for each motor whose torques stay at an end of their range, or do not change."""
+        staying = np.concatenate([x.staying for x in self.sampled])
+        tau = np.concatenate([x.motion.tau for x in self.sampled])
+        lines = []
+        for m, joint in enumerate(self._equations.machine.motor_joints):
+            if not (where := staying[:, m]).any():
+                continue
+            values = " and ".join(f"{x:.4g}" for x in np.unique(tau[where, m].round(12))[:3])
+            first, share = int(np.argmax(where)), 100 * where.mean()
+            what = f"stays at {values} {joint.force_unit} at {share:.2g} % of the samples, from sample {first + 1} on"
+            lines.append(f"tau_{joint.name} {what}, as beyond the range of a sensor: these samples are left out")
+        return lines
+
+    def identification(self, late: Sequence[Late], settings: LogSettings) -> Identification:
+        """Return the estimates with notes."""
+        self.hide(settings.unseen)
+        equations, machine = self._equations, self._equations.machine
+        sensors, estimation, tau, bodies = self.estimation_with_sensors(settings, late)
+        notes = [*self.notes(), *said_of_late(late, machine), *estimation.notes]
+        notes += [*of_sensors(estimation, sensors, machine), *(bodies.notes if bodies else ())]
+        notes += mistakes_of(equations, self.sampled, estimation.estimates)
+        springs = _springs(estimation, self.columns.Y, len(equations.estimated_columns))
+        parts = springs, _neutral(estimation, machine), sensors, bodies, self.laws, self.driven
+        return Identification(equations, estimation, self.t, tau, self.sampled[0].chosen, tuple(notes), *parts)
+
+    def notes(self) -> list[str]:
+        """Return notes on records, filters, columns and encoders."""
+        machine, columns, kept = self._equations.machine, self._equations.Y.columns, self._equations.estimated_columns
+        of_columns = *_without_effect(self._equations.linear), *_zero_in_the_table(machine, [columns[c] for c in kept])
+        first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
+        silent = {k: None for x in self.sampled for k in self._equations.unmeasured_joints(x.record, x.motion.still)}
+        unmeasured = [f"{names[k]} is held still, and its torques are zero throughout: not measured" for k in silent]
+        notes = [*(line for x in self.sampled for line in x.record.warnings), *self.of_stays()]
+        notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
+        notes += self._unsettled
+        longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
+        return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
+
+    def delays(self) -> Delays | None:
+        """Return how late columns are; None where rows are too few."""
+        if self._is_short(self.columns.Y.shape[2]):
+            return None
+        return delays_of(self._equations, self.sampled, self.columns)
+
+    def _is_short(self, parameters: int) -> bool:
+        """Return whether rows are too few for least squares alone, or joints hardly reverse."""
+        few = _nonzero_rows(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
+        return few or float(np.median(sum(_reversals(x.motion.qd) for x in self.sampled))) < FEWEST_REVERSALS
+
+    def _of_laws(self) -> tuple[Array, Array]:
+        """Return columns of groups with those of laws of friction, and what load friction adds to right sides."""
+        Y, linear, plain = self._equations.Y, self._equations.linear, self._plain.Y
+        used = np.asarray(plain.any(axis=2))
+        more = self._averages_of(lambda k, motion: self.laws.columns(Y, linear, motion, k)) * used[:, :, None]
+        right = np.zeros(used.shape)
+        if self.laws.gains:
+            slopes = self._averages_of(lambda _, motion: self.laws.slopes(Y, linear, motion)) * used[:, :, None]
+            plain, right = plain + slopes[:, :, :-1], slopes[:, :, -1]
+        return np.concatenate([plain, more], axis=2), right
+
+    def _averages_of(self, columns_of: Callable[[int, Motion], Array]) -> Array:
+        """Return averages of columns, which number of record and motion give, (rows, n, k)."""
+        averages = []
+        for k, x in zip(self._numbers, self.sampled, strict=True):
+            used, scale = x.counted[:, :, None].astype(float), x.scale[:, :, None]
+            columns = (columns_of(k, x.motion.part(piece)) * used[piece] for piece in x.pieces)
+            averages.append(np.concatenate([average(y, x.chosen) if x.chosen else y for y in columns]) * scale)
+        return np.concatenate(averages)
+
+    def hide(self, unseen: Sequence[str]) -> None:
+        """Say what it changes that columns are not sought, which torques do not show."""
+        if not unseen:
+            return
+        Y, joined = self._equations.Y, self.columns.with_sensor_columns(range(self.columns.offsets.shape[2]), None)[0]
+        hidden = [c for c, column in enumerate(Y.columns) if column.label in unseen]
+        more = np.concatenate([joined, self._averages_of(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
+        tau = self.columns.torques(0.0)[0]
+        before, after = _residual_percent(joined, tau), _residual_percent(more, tau)
+        what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
+        self._said.append(f"{what} of the torque, {after:.3g} % if they were")
+
+    def _leave_out(self) -> None:
+        """Leave out rows that stand out, and name them."""
+        rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
+        names = [joint.name for joint in self._equations.machine.independent_joints]
+        self._said += said_of(self.t, rows, used, names)
+        self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
+
+    def _with_laws(self, sensors: Sensors) -> None:
+        """Add the columns of laws of friction, linear about a fit with the terms of sensors."""
+        linear, plain = self._equations.linear, self._plain
+        (tau, slopes), count, self._unsettled = plain.torques(sensors.delay), plain.Y.shape[2], []
+        sensor_columns = plain.with_sensor_columns(sensors.offsets, slopes if sensors.has_delay else None)[0][
+            :, :, count:
+        ]
+        if self.laws.load and not self.laws.X:
+            X = groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
+            self.laws = self.laws.about(linear, X.tolist())
+        own = count + len(self.laws.load)
+        for _ in range(ROUNDS):
+            Y, right = self._of_laws()
+            if own == count:
+                break
+            X, std = groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
+            before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
+            X[count:] += before[count:]
+            if (np.abs(X - before) <= CONVERGED * std + EXACT * np.abs(X)).all():
+                break
+            self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
+        else:
+            self._unsettled = [
+                f"load friction: not settled after {ROUNDS} steps, so its standard deviations are too small"
+            ]
+        noise = plain.noise.with_exact(Y.shape[2] - count)
+        torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
+        self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
+
+    def _say_of_laws(self) -> None:
+        """Say what laws of friction change."""
+        with_it, plain = self.columns, self._plain
+        count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
+        for title, kinds in LAWS.items():
+            other_laws = [count + k for k, x in enumerate(unknowns) if x.quantity not in kinds]
+            if len(other_laws) < len(unknowns):
+                own = plain if LOAD in kinds else with_it
+                Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, other_laws], plain.offsets], axis=2)
+                both = np.concatenate([with_it.Y, plain.offsets], axis=2)
+                self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
+
+    def _say(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
+        """Say by how much residuals of columns and torques change."""
+        after, before = _residual_percent(*with_it), _residual_percent(*without_it)
+        self._said.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
+
+    def _say_of(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
+        """Say what offsets and a delay change."""
+        columns = self.columns
+        if sensors.offsets:
+            without = columns.with_sensor_columns((), slopes if sensors.has_delay else None)[0]
+            self._say("offset of torques", (Y, tau), (without, tau))
+        if sensors.has_delay:
+            at_once = columns.with_sensor_columns(sensors.offsets, None)[0], columns.torques(0.0)[0]
+            self._say("delay of torques", (Y, tau), at_once)
+
+    def _largest_torques(self) -> Array:
+        """Return the largest torques on joints by a unit of the columns, (n, columns)."""
+        Y = self._equations.Y
+        some = [x.motion.part(slice(None, None, max(1, len(x.motion.t) // SAMPLES))) for x in self.sampled]
+        every = [np.abs(Y.evaluate(*motion, range(len(Y.columns)))).max(axis=0, initial=0.0) for motion in some]
+        most: Array = np.max(every, axis=0)
+        return most
+
+    def _sensor_terms(self, settings: LogSettings) -> tuple[Sensors, bool]:
+        """Return what is sought of sensors, and whether rows are few; columns are then with laws of friction."""
+        has_laws = bool(self.laws.unknowns(self._equations.machine, self._equations.linear))
+        if has_laws:
+            self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
+        if settings.robust:
+            self._leave_out()
+        columns, count = self.columns, self.columns.Y.shape[2]
+        if settings.trust is None:
+            refuse_short(_nonzero_rows(columns.Y), count, usual_correlation(columns.correlation), self._source)
+        is_short = self._is_short(count)
+        sensors = (sensors_of_few if is_short else sought_sensors)(columns, settings.offsets, settings.delay)
+        if self.laws.load:
+            self._with_laws(sensors)
+        if has_laws:
+            self._say_of_laws()
+        return sensors, is_short
+
+    def estimation_with_sensors(
+        self, settings: LogSettings, late: Sequence[Late] = ()
+    ) -> tuple[Sensors, Estimation, Array, Possible | None]:
+        """Return what is sought of sensors, the estimation, left sides, and bodies if they are to be possible.
+
+        Records may then be short: offsets are sought, a delay only where it must be.
+        """
+        machine, linear = self._equations.machine, self._equations.linear
+        sensors, is_short = self._sensor_terms(settings)
+        trust = settings.trust
+        columns, unknowns = self.columns, [*_unknowns(linear), *self.laws.unknowns(machine, linear)]
+        tau, slopes = columns.torques(sensors.delay)
+        Y, noise = columns.with_sensor_columns(sensors.offsets, slopes if sensors.has_delay else None)
+        if not is_short:
+            self._say_of(sensors, Y, tau, slopes)
+        every = [*unknowns, *sensors.unknowns(machine)]
+        names = tuple(joint.name for joint in machine.independent_joints)
+        data = None if trust is None else Data(Y, tau, self._largest_torques(), is_short)
+        sigma = FLOOR * data.largest if data and is_short else None
+        of_late = [x.torques for x in late if x.torques is not None]
+        noise = replace(noise, systematic=[*sensors.doubts(columns), *of_late])
+        model = LinearModel(Y, tau, every, names, noise, self._still, self._source)
+        estimation = estimate(model, 0 if trust is not None else FEWEST_ROWS, sigma)
+        if settings.is_evidence and estimation.hidden:
+            self.driven = without_hidden_rows(model, estimation)
+        bodies = None
+        if data and trust is not None:
+            estimation, bodies = made_possible(machine, linear, data, estimation, trust)
+        measured = self._plain.torques(sensors.delay)[0]
+        solution = replace(estimation.solution, predicted=estimation.solution.predicted + (measured - tau))
+        return sensors, replace(estimation, solution=solution), measured, bodies
+
+
+def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:
+    """Return noises of Y of all records; those of records with fewer repeat, for their mean square counts."""
+    count = max(len(x.noise) for x in rows)
+    twins = [[x.noise[i % len(x.noise)] if x.noise else np.zeros_like(x.Y) for x in rows] for i in range(count)]
+    return tuple(np.concatenate(part) for part in twins)
+
+
+def _residual_percent(Y: Array, tau: Array) -> float:
+    """Return residuals of least squares in per cent of torques, the mean over joints."""
+    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
+    solution = solve(Y[:, :, independent], tau)
+    moved = np.flatnonzero(tau.any(axis=0))
+    return float(100 * np.mean([np.linalg.norm(solution.residuals[:, k]) / np.linalg.norm(tau[:, k]) for k in moved]))
+
+
+def _torques(equations: Equations, records: Sequence[Sampled], fixed: Array) -> Torques:
+    """Return the function from a delay to left sides, torques so much later than positions, and their slopes."""
+
+    def late(delay: float) -> tuple[Array, Array]:
+        pairs = zip(*(equations.torques(sampled, delay) for sampled in records), strict=True)
+        torques, slopes = (np.concatenate(x) for x in pairs)
+        return torques - fixed, slopes
+
+    return late
+
+
+def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
+    """Return the function from X, of the machine and others, to what draws of noise of positions make of Y X."""
+
+    def draws_of_records(X: Array) -> list[Array]:
+        own = X[: len(equations.estimated_columns)]
+        draws = [equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in records]
+        return [np.concatenate([rows[i % len(rows)] for rows in draws]) for i in range(DRAWS)]
+
+    return draws_of_records
+
+
+def _samples(numbered: tuple[int, Sampled]) -> tuple[int, int]:
+    """Return the number of a record, and how many samples a piece of it has."""
+    return numbered[0], len(numbered[1].motion.t)
+
+
+def _reversals(qd: Array) -> Array:
+    """Return how often velocities (samples, n) change their sign, (n), slow ones aside: these may be noise."""
+    fast = np.abs(qd) > SLOW * np.abs(qd).max(axis=0, initial=0.0)
+    signs_of_joints = [np.sign(rate[used]) for rate, used in zip(qd.T, fast.T, strict=True)]
+    return np.array([np.count_nonzero(np.diff(signs)) for signs in signs_of_joints])
+
+
+def _nonzero_rows(Y: Array) -> int:
+    """Return how many rows are not zero."""
+    return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
+
+
+def _refuse_zero_torques(tau: Array, source: str) -> None:
+    if not tau.any():
+        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
+        raise InputError(source, "tau", what)
+
+
+def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
+    """Return the forces of springs and dampers by the estimates."""
+    own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
+    of_springs = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
+    return Y[:, :, [c for _, c in of_springs]] @ estimation.solution.X[[k for k, _ in of_springs]]
+
+
+def _continuous(record: Measurements, chosen: Filter | None, machine: Machine) -> list[Measurements]:
+    """Return the pieces of a record without gaps and spikes."""
+    if chosen is None:
+        return in_pieces(record, chosen)
+    refuse_wrapped(record, machine)
+    return [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
+
+
+def _driven(machine: Machine) -> list[int]:
+    """Return the indices in q of motors, and of joints that motors on dependent joints move."""
+    moved = {k for j in machine.motors if j in machine.dependent for k in moved_by(machine, j)}
+    return sorted({*machine.motor_entries, *machine.entries(moved)})
+
+
+def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
+    """Return values of columns that are not sought, by number."""
+    fixed = settings.known
+    refuse_unknown_labels(machine, fixed, columns)
+    fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
+    numbers = {column.label: c for c, column in enumerate(columns)}
+    for label, value in fixed.items():
+        if not math.isfinite(value):
+            raise machine.error(f"--known, {label}", "give it a number")
+    return {numbers[label]: value for label, value in fixed.items()}
+
+
+def _base_equations(machine: Machine, Y: Regressor, fixed: Mapping[int, float]) -> Equations:
+    """Return the equations of a machine with the columns that are not known, grouped."""
+    sought = tuple(c for c in range(len(Y.columns)) if c not in fixed)
+    if not sought:
+        raise machine.error("bodies", "no parameter has a part in the torques, or all are known: nothing is sought")
+    return Equations(machine, Y, Linear(Y.columns, sought, structural_grouping(Y, sought, machine), fixed))
+
+
+def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, seed: int = 0) -> IndependentColumns:
+    """Return independent columns and how the others join them, at random states."""
+    W = Y.evaluate(*Y.states(RANK_STATES, seed), sought)
+    if not np.isfinite(W).all():
+        raise machine.error("regressor", "has no value at ordinary positions")
+    return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
+
+
+def _unknowns(linear: Linear) -> list[Unknown]:
+    columns, sought, structure = linear.columns, linear.sought, linear.structure
+    nominal = structure.apply(np.array([columns[c].value for c in sought]))
+    unknowns = []
+    for k, column_of_group in enumerate(structure.kept):
+        column = columns[sought[column_of_group]]
+        joined = [(columns[sought[c]].label, b) for c, b in structure.terms(k)]
+        text = formula(column.label, joined)
+        value = float(nominal[k])
+        unknowns.append(
+            Unknown(column.label, column.unit, value, formula=text, joint=column.joint, quantity=column.quantity)
+        )
+    return unknowns
+
+
+def _without_effect(linear: Linear) -> list[str]:
+    labels = ", ".join(linear.columns[linear.sought[c]].label for c in linear.structure.vanishing)
+    return [f"without effect on any torque of this machine: {labels}"] if labels else []
+
+
+def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float, float]]:
+    """Return q0 = KQ / K and its standard deviation by first order, for elastic joints with both estimates."""
+    unknowns = [estimation.estimates[c].unknown for c in estimation.grouping.kept]
+    places = {(unknown.joint, unknown.quantity): k for k, unknown in enumerate(unknowns)}
+    neutral = {}
+    for joint in map(machine.joint, machine.sprung):
+        pair = [places.get((joint.name, quantity), -1) for quantity in ("KQ", "K")]
+        if min(pair) >= 0:
+            force, k = estimation.solution.X[pair]
+            slope = np.array([1 / k, -force / k**2])
+            variance = slope @ estimation.solution.covariance[np.ix_(pair, pair)] @ slope
+            neutral[joint.name] = float(force / k), math.sqrt(float(variance))
+    return neutral
+
+
+def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
+    """Return a note on parameters that are estimated although the table gives them as zero."""
+    entries = zero_entries(machine)
+    zero = [column.label for column in columns if (column.row, column.quantity) in entries]
+    if not zero:
+        return []
+    what = "the table has zeros for them, so the generated regressor has no columns for them"
+    return [f"also estimated: {', '.join(zero)}; {what}: write names or values instead to use both together"]

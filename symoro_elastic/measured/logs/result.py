@@ -1,0 +1,78 @@
+"""What an identification gives: the estimation, the rows it used, and notes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from statistics import NormalDist
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import Estimate
+from symoro_elastic.measured.logs.equations import Equations
+from symoro_elastic.measured.logs.estimation import Estimation
+from symoro_elastic.measured.logs.filtering import Filter
+from symoro_elastic.measured.logs.friction_laws import FrictionLaws
+from symoro_elastic.measured.logs.possible import Possible
+from symoro_elastic.measured.logs.sensors import DELAY, Sensors
+
+SIGNIFICANT = 1e-3  # level on which estimates from more samples are others than those from fewer
+NEGLIGIBLE = 0.1  # of a standard deviation: differences of estimates that are of no account
+
+
+@dataclass(frozen=True, repr=False)
+class Identification(Result):
+    """What was found: the estimation, the rows it used (t, tau measured, averages), the filter, notes, what springs
+    and dampers exert by the estimates (rows, n), neutral positions and their standard deviations, and the estimation by
+    driven joints alone where noise hides what the others determine."""
+
+    equations: Equations
+    estimation: Estimation
+    t: Array
+    tau: Array
+    filter: Filter | None
+    notes: tuple[str, ...]
+    springs: Array
+    neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
+    sensors: Sensors = field(default_factory=Sensors)
+    possible: Possible | None = None
+    laws: FrictionLaws = field(default_factory=FrictionLaws)
+    driven: Estimation | None = None
+
+    @property
+    def machine(self) -> Machine:
+        """The machine, with the values of its file."""
+        return self.equations.machine
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """One for each parameter or group."""
+        return self.estimation.estimates
+
+    @property
+    def delay(self) -> float:
+        """Delay of torques behind positions, s; zero where it is not estimated."""
+        late = [e.value for e in self.estimates if e.unknown.quantity == DELAY and math.isfinite(e.value)]
+        return late[0] if late else 0.0
+
+    @property
+    def headline(self) -> str:
+        """Machine, parameters and samples."""
+        return f"Identification of {self.machine.name}: {len(self.estimates)} parameters from {len(self.t)} samples"
+
+
+def agree(fewer: Identification, more: Identification) -> bool:
+    """Return whether estimates from more samples are those from fewer but for chance (Hausman 1978).
+
+    By the larger standard deviations of fewer samples, on the level SIGNIFICANT of all parameters together.
+    """
+    by_label = {e.unknown.label: e for e in more.estimates}
+    pairs = [(e, by_label[e.unknown.label]) for e in fewer.estimates if e.unknown.label in by_label]
+    pairs = [(estimate, other) for estimate, other in pairs if math.isfinite(estimate.std) and math.isfinite(other.std)]
+    most = NormalDist().inv_cdf(1 - SIGNIFICANT / (2 * max(len(pairs), 1)))
+    return all(
+        abs(estimate.value - other.value)
+        <= most * math.sqrt(max(estimate.std**2 - other.std**2, (NEGLIGIBLE * estimate.std) ** 2))
+        for estimate, other in pairs
+    )

@@ -1,0 +1,237 @@
+"""What sensors add to both sides of tau = Y X: constant offsets of torques, and a delay of torques behind positions.
+
+tau(t) measured = tau(t - delay) + offset. Offsets are columns of ones; a delay d + x, near d, is the column of x beside
+torques read d later: tau(t + d) = Y X - x dtau/dt. Where they are sought, their doubt is in all standard deviations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.labels import ParameterLabels
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import SIGNIFICANT, Estimate, Unknown, Verdict
+from symoro_elastic.measured.logs.estimation import FROM_DATA, Estimation, LeastSquares, balanced_rows, solve
+from symoro_elastic.measured.logs.noise import RowNoise
+from symoro_elastic.numerics.linear.independence import independent_columns
+
+AUTO, ALWAYS, NEVER = "auto", "always", "never"
+"""When offsets or a delay are sought: as data say, always, never."""
+DELAY, OFFSET = "DELAY", "OFF"
+USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
+UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
+LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
+LEAST_DELAY = 0.01  # of a sampling period: smaller delays are not estimated
+ROUNDS = 6  # Gauss-Newton steps to a delay
+CONVERGED = 0.02  # of a sampling period: last step
+LARGEST_STEP = 0.1  # of a period of the fastest motion
+
+
+@dataclass(frozen=True)
+class _Offset:
+    """An offset, its standard deviation, and its largest correlation with a parameter of the machine."""
+
+    value: float
+    std: float
+    correlation: float
+
+
+Torques = Callable[[float], tuple[Array, Array]]
+"""From a delay, left sides of torques read so much later, and their slopes, each (rows, n)."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Rows to be explained: Y (rows, n, c) of the machine, columns of offsets (rows, n, motors), left sides by delay,
+    noise in rows, sampling period and period of the fastest motion in s."""
+
+    Y: Array
+    offsets: Array
+    torques: Torques
+    noise: RowNoise
+    sampling: float
+    motion: float
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of the noise of torques (lags, rows, n)."""
+        return self.noise.correlation_in(self.Y)
+
+    def with_sensor_columns(self, motors: Sequence[int], slope: Array | None) -> tuple[Array, RowNoise]:
+        """Return Y and its noise with columns of the offsets of some motors and of a delay."""
+        more = [self.offsets[:, :, list(motors)], *([] if slope is None else [-slope[:, :, None]])]
+        return np.concatenate([self.Y, *more], axis=2), self.noise.with_exact(sum(x.shape[2] for x in more))
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
+    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not
+    distinguish from gravity, with its assumed standard deviation.
+    """
+
+    offsets: tuple[int, ...] = ()
+    has_delay: bool = False
+    delay: float = 0.0
+    untold: Mapping[int, float] = field(default_factory=dict)
+
+    def doubts(self, columns: Columns) -> list[Array]:
+        """Return left sides (rows, n) of one standard deviation of offsets that the motion does not determine."""
+        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()]
+
+    def unknowns(self, machine: Machine) -> list[Unknown]:
+        """Return offsets, then the delay, as unknowns."""
+        labels, rows = ParameterLabels(machine), machine.motors
+        joints = [machine.joint(rows[m]) for m in self.offsets]
+        named = [labels(rows[m], OFFSET) for m in self.offsets]
+        offsets = [
+            Unknown(x, joint.force_unit, formula=x, joint=joint.name, quantity=OFFSET)
+            for x, joint in zip(named, joints, strict=True)
+        ]
+        free = next(x for x in ("delay", "delay_", "delay__", "torque_delay") if x not in labels.taken)
+        return [
+            *offsets,
+            *([Unknown(free, "s", formula=free, quantity=DELAY, about=self.delay)] if self.has_delay else []),
+        ]
+
+
+def shows(e: Estimate) -> bool:
+    """Return whether an estimate is not zero by more than chance."""
+    return abs(e.value) > SIGNIFICANT * e.std
+
+
+def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
+    """Return which offsets are sought, and whether a delay, by data where so asked."""
+    motors = [] if offsets == NEVER else list(range(columns.offsets.shape[2]))
+    if delay == NEVER:
+        return _sensors(columns, motors, offsets, None)
+    late = delay_of(columns, motors)
+    lasting = late is not None and (delay == ALWAYS or _is_late(late, columns))
+    return _sensors(columns, motors, offsets, late[0] if late and lasting else None)
+
+
+def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
+    """Return what is sought where rows are too few to show it: offsets, which are small, and no delay unless always."""
+    motors = () if offsets == NEVER else tuple(range(columns.offsets.shape[2]))
+    return Sensors(motors, delay == ALWAYS)
+
+
+def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | None) -> Sensors:
+    """Return the offsets to estimate together with a delay."""
+    tau, slope = columns.torques(delay or 0.0)
+    estimated, undetermined = _offsets(columns, motors, None if delay is None else slope, tau, seek)
+    return Sensors(estimated, delay is not None, delay or 0.0, undetermined)
+
+
+def _is_late(late: tuple[float, float], columns: Columns) -> bool:
+    return abs(late[0]) > max(SIGNIFICANT * late[1], LEAST_DELAY * columns.sampling)
+
+
+def independent_solution(
+    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array
+) -> tuple[list[int], LeastSquares]:
+    """Return the independent columns and their solution."""
+    Y, noise = columns.with_sensor_columns(motors, slope)
+    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
+    return independent, solve(Y[:, :, independent], tau, noise.of_columns(independent, Y.shape[2]))
+
+
+def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | None:
+    """Return the delay and its standard deviation by Gauss-Newton steps; None where the motion does not show it."""
+    delay, most = 0.0, LARGEST_STEP * columns.motion
+    last = columns.Y.shape[2] + len(motors)
+    for _ in range(ROUNDS):
+        tau, slope = columns.torques(delay)
+        independent, solution = independent_solution(columns, motors, slope, tau)
+        if last not in independent:
+            return None
+        step, std = float(solution.X[-1]), float(solution.std[-1])
+        if abs(delay + step) <= max(SIGNIFICANT * std, LEAST_DELAY * columns.sampling):
+            return delay + step, std
+        delay += float(np.clip(step, -most, most))
+        if abs(step) <= CONVERGED * columns.sampling:
+            break
+    return delay, std
+
+
+def _offsets(
+    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str
+) -> tuple[tuple[int, ...], dict[int, float]]:
+    """Return the motors whose offsets are estimated, and usual offsets of motors where gravity hides them.
+
+    One that does not show may be there all the same, as large as some of its standard deviations, and pulls parameters
+    with which it is correlated by as many of theirs: it is left out only where it pulls none. Sensors of a machine are
+    alike, so offsets are taken to be as large, beside the largest torque of their joint, as the largest one that shows,
+    or as sensors usually have: of a larger standard deviation, data say nothing of it.
+    """
+    if not motors:
+        return (), {}
+    every = _found_offsets(columns, motors, slope, tau)
+    if seek == ALWAYS:
+        return tuple(every), {}
+    largest = {m: _largest(columns, m, tau) for m in motors}
+    determined = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
+    offsets = every if len(determined) == len(motors) else _found_offsets(columns, determined, slope, tau)
+    shown = {m: abs(x.value) / largest[m] for m, x in offsets.items() if _shows(x, largest[m])}
+    usual = {m: max([USUAL, *shown.values()]) * largest[m] for m in motors}
+    harmless = [m for m, x in offsets.items() if m not in shown and _is_harmless(x, largest[m])]
+    sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
+    return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
+
+
+def _shows(offset: _Offset, largest: float) -> bool:
+    return abs(offset.value) > max(SIGNIFICANT * offset.std, LEAST_OFFSET * largest)
+
+
+def _is_harmless(offset: _Offset, largest: float) -> bool:
+    """Return whether an offset that does not show changes no parameter much, however large it may be."""
+    most = abs(offset.value) + SIGNIFICANT * offset.std
+    return offset.correlation <= UNCORRELATED or most <= LEAST_OFFSET * largest
+
+
+def _largest(columns: Columns, motor: int, tau: Array) -> float:
+    """Return the largest torque of the joints on which a motor acts."""
+    return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
+
+
+def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
+    """Return offsets by motor, where they are independent of all else."""
+    own = columns.Y.shape[2]
+    independent, solution = independent_solution(columns, motors, slope, tau)
+    places = {m: independent.index(own + k) for k, m in enumerate(motors) if own + k in independent}
+    of_machine = [k for k, c in enumerate(independent) if c < own]
+    correlation = np.abs(solution.covariance / np.outer(solution.std, solution.std))
+    most = {m: float(correlation[k, of_machine].max(initial=0.0)) for m, k in places.items()}
+    return {m: _Offset(float(solution.X[k]), float(solution.std[k]), most[m]) for m, k in places.items()}
+
+
+def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
+    """Return notes on offsets of torques and on their delay."""
+    notes = []
+    for e in estimation.estimates:
+        if e.unknown.quantity == OFFSET and e.verdict is not Verdict.NOT:
+            notes.append(_of_offset(e))
+        if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
+            late, others = ("torques", "behind positions") if e.value > 0 else ("positions", "behind torques")
+            what = f"{late} are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {others}"
+            notes.append(f"{what}: compensated, and sought with the parameters")
+    for m, size in sensors.untold.items():
+        joint = machine.motor_joints[m]
+        what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
+        what += f" is not distinguishable from gravity by this motion: standard deviations include {below} (usual)"
+        notes.append(f"{what}; move it farther, or give --offsets never if its sensor has none")
+    return notes
+
+
+def _of_offset(e: Estimate) -> str:
+    """Return whether an offset shows that is sought with the parameters."""
+    if shows(e):
+        what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
+        return f"{what}: sought with the parameters"
+    most = abs(e.value) + SIGNIFICANT * e.std
+    what = f"torque offsets of {e.unknown.joint} below {most:.2g} {e.unknown.unit} cannot be excluded"
+    return f"{what}, so one is estimated (--offsets never if its sensor has none)"

@@ -1,0 +1,429 @@
+"""What a machine with given parameters predicts of vibration tests, and the exact slopes of that by ln p."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import Cascade, cascade_of, laplace
+from symoro_elastic.analysis.control.driven_machine import load_ratio
+from symoro_elastic.analysis.vibration.linearization import (
+    Linearization,
+    LinearSlopes,
+    linear_slopes,
+    linearize,
+    pole_slopes,
+    ratio_slopes,
+    response_slopes,
+    with_motors,
+)
+from symoro_elastic.analysis.vibration.modes import damped_poles
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray, IndexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.drives import MOTOR
+from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
+from symoro_elastic.measured.vibration_tests.windows import behind
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.inertia import refuse_singular
+from symoro_elastic.numerics.motion.signals import outputs
+
+LEAST_MAC = 0.5
+RIVALS = 0.1  # MAC within which two modes both fit a measured one
+LARGEST_CHANGE = 3.0  # prior standard deviation of the change of a window or a zero
+STEP = 0.01  # of differences by windows
+STEP_OF_ZERO = 1e-4  # of differences by zeros, rad or m
+
+
+@dataclass(frozen=True)
+class PredictedResponse:
+    """G (N) of a measured response, and its slopes (p, N) by ln p; without slopes None."""
+
+    G: ComplexArray
+    slopes: ComplexArray | None = None
+
+
+@dataclass(frozen=True)
+class PredictedModes:
+    """Frequencies (k), Hz, and damping ratios (k) that belong to measured modes, NaN without one; slopes (p, k)."""
+
+    f: Array
+    zeta: Array
+    slopes_f: Array
+    slopes_zeta: Array
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Predicted responses and modes of a test."""
+
+    responses: tuple[PredictedResponse, ...]
+    modes: PredictedModes | None = None
+
+    def with_more_slopes(self, more: int) -> Predicted:
+        """Return the same with slopes of zero by more unknowns."""
+        rows = ((0, more), (0, 0))
+        responses = [
+            response if response.slopes is None else replace(response, slopes=np.pad(response.slopes, rows))
+            for response in self.responses
+        ]
+        modes = self.modes and replace(
+            self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
+        )
+        return Predicted(tuple(responses), modes)
+
+
+class Predictions:
+    """Predictions of tests at any values of the unknowns; what is traced is shared."""
+
+    def __init__(self, sought: Sought, tests: Sequence[VibrationTest]) -> None:
+        """Raise `InputError` for signals that the machine, or a motor that is held, has not, modes under drives."""
+        self.sought, self.tests = sought, tuple(tests)
+        for test in tests:
+            if test.modes and test.drives:
+                what = (
+                    "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
+                )
+                raise InputError(test.name, "drives", what)
+        drives = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
+        measured = [loop.measured for loop in drives.values() if loop.measured != MOTOR]
+        ins = [loop.input for test in tests for loop in test.responses]
+        outs = [*(name for test in tests for name in _outputs(test)), *measured]
+        self.motion = motion_of(sought.machine, {}, tuple(dict.fromkeys(ins)), tuple(dict.fromkeys(outs)))
+        self.parameters = [name for name in sought.labels if name in self.motion.parameters]
+        self._loops = loops_of(self.motion, self.parameters) if drives else {}
+
+        self.windowed: tuple[int | str, ...] = ()
+        self.pairs_all = False
+
+    def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int | str] = ()) -> Predictions:
+        """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown.
+
+        A name among these is that of a joint whose zero is unknown in all tests.
+        """
+        other = copy.copy(self)
+        other.tests, other.windowed = tuple(tests), tuple(windowed)
+        return other
+
+    def with_all_pairs(self) -> Predictions:
+        """Return the same predictions, in which pairs of modes that are in doubt count, as they do far from the end."""
+        other = copy.copy(self)
+        other.pairs_all = True
+        return other
+
+    @property
+    def start(self) -> Array:
+        """Where the unknowns (p + w) are before any test: those that are sought, and changes of windows."""
+        return np.concatenate([self.sought.start, np.zeros(len(self.windowed))])
+
+    @property
+    def prior(self) -> Array:
+        """Inverse variances (p + w) of the unknowns before any test."""
+        return np.concatenate([self.sought.prior, np.full(len(self.windowed), LARGEST_CHANGE**-2)])
+
+    def tests_at(self, x: Array) -> tuple[VibrationTest, ...]:
+        """Return the tests with their windows and zeros at unknowns (p + w)."""
+        tests = list(self.tests)
+        for one, c in zip(self.windowed, x[len(self.sought.unknowns) :].tolist(), strict=True):
+            tests = [
+                _with_change(test, one, c) if one == k or isinstance(one, str) else test for k, test in enumerate(tests)
+            ]
+        return tuple(tests)
+
+    def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
+        """Return the predictions at logarithms x (p,) of the unknowns, and w changes of windows, with slopes by both.
+
+        Raises `InputError` without equilibrium.
+        """
+        p = len(self.sought.unknowns)
+        values, motion = self._at_values(x)
+        predicted = []
+        for k, test in enumerate(self.tests_at(x) if tests is None else tests):
+            linear = self.linear_at(motion, test, values)
+            refuse_singular(motion, linear.M, linear.kept)
+            prediction = self._of(linear, test, values, slopes)
+            if slopes and self.windowed:
+                prediction = prediction.with_more_slopes(len(self.windowed))
+            for row, name in enumerate(self.windowed if slopes else ()):
+                if name == k or isinstance(name, str):
+                    for response, slope in zip(
+                        prediction.responses, self._by_change(linear, test, name, values), strict=True
+                    ):
+                        if response.slopes is not None:
+                            response.slopes[p + row] = slope
+            predicted.append(prediction)
+        return predicted
+
+    def swinging(self, x: Array) -> list[Swinging]:
+        """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
+        values, motion = self._at_values(x)
+        return [swinging_of(self.linear_at(motion, test, values)) for test in self.tests]
+
+    def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
+        """Return the values of the unknowns, and the machine that has them."""
+        values = dict(zip(self.sought.labels, np.exp(x[: len(self.sought.unknowns)]).tolist(), strict=True))
+        return values, self.motion.at_values({name: values[name] for name in self.parameters})
+
+    def _by_change(
+        self, linear: Linearization, test: VibrationTest, name: int | str, values: Mapping[str, float]
+    ) -> list[ComplexArray]:
+        """Return slopes of responses by the change of a window, or of the zero of a joint, by differences."""
+        step, ends = STEP_OF_ZERO if isinstance(name, str) else STEP, []
+        for way in (1, -1):
+            other = _with_change(test, name, way * step)
+            own = self.linear_at(linear.motion, other, values) if isinstance(name, str) else linear
+            ends.append(self._of(own, other, values, False).responses)
+        return [(after.G - before.G) / (2 * step) for after, before in zip(*ends, strict=True)]
+
+    def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
+        """Return the machine in a test, linearized, with the controllers of the test."""
+        loops = self._closed(test)
+        ins = tuple(dict.fromkeys([*(response.input for response in test.responses), *(loop.torque for loop in loops)]))
+        measured = [name for loop in loops for name in (loop.own, loop.controlled)]
+        outs = tuple(dict.fromkeys([*_outputs(test), *measured]))
+        linear = linearize(motion, equilibrium(motion, test.at), ins, outs)
+        linear = with_motors(linear, held_in(test, motion.motor_names), gains_in(test, values))
+        gone = [name for name in (*ins, *outs) if name not in (*linear.inputs, *linear.outputs)]
+        if gone:
+            what = f"{gone[0]} is of a motor that this test holds, so nothing moves there: change hold or the signals"
+            raise InputError(motion.source, test.name, what)
+        return linear
+
+    def _closed(self, test: VibrationTest) -> list[Loop]:
+        """Return the loops of drives that are on in a test; raises `InputError` for a motor without one."""
+        for name in test.drives:
+            if name not in self._loops:
+                what = f"{name} has none{did_you_mean(name, self._loops)}"
+                raise InputError(test.name, "drives", what)
+        return [self._loops[name] for name in test.drives]
+
+    def doubts_at(self, x: Array) -> list[str]:
+        """Return lines on omitted parts of the machine: backlash, bristles of friction, drives that are on."""
+        values, motion = self._at_values(x)
+        lines: dict[str, list[str]] = {}
+        driven = drives_of(self.sought.machine).by_motor
+        for test in self.tests:
+            excluded = {*test.pd, *test.drives, *held_in(test, motion.motor_names)}
+            free = [name for name in driven if name not in excluded]
+            off = (
+                f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
+            )
+            limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
+            limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
+            said = [*([off] if free else []), *([limits] if limited else [])]
+            for line in (*self.linear_at(motion, test, values).doubts, *said):
+                lines.setdefault(line, []).append(test.name)
+        return [f"{', '.join(names)}: {line}" for line, names in lines.items()]
+
+    def _of(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float], slopes: bool) -> Predicted:
+        changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
+        responses: list[PredictedResponse | None] = [None] * len(test.responses)
+        for group in _groups(test.responses):
+            f = test.responses[group[0]].f
+            window = behind(test.window, f)
+            G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
+            for k in group:
+                o = linear.outputs.index(test.responses[k].output)
+                i = linear.inputs.index(test.responses[k].input)
+                own, by = G[:, o, i], dG[:, :, o, i]
+                if window is not None:
+                    own, by = window.seen(own), window.seen(by)
+                responses[k] = PredictedResponse(own, by if slopes else None)
+        modes = None if test.modes is None else _modes_of(changed, test.modes, self.pairs_all)
+        return Predicted(tuple(response for response in responses if response is not None), modes)
+
+    def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
+        """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""
+        slopes = linear_slopes(linear, self.parameters)
+        p, n, motion = len(values), len(linear.kept), linear.motion
+        place = {label: k for k, label in enumerate(self.sought.labels)}
+        rows, size = [place[name] for name in slopes.names], np.array([values[name] for name in slopes.names])
+        totals = {}
+        for name, axis in (("M", 0), ("D", 0), ("K", 0), ("F", 0), ("C", 1), ("motors", 0)):
+            total = np.moveaxis(getattr(slopes, name), axis, 0)
+            spread = np.zeros((p, *total.shape[1:]))
+            spread[rows] = total * size.reshape(-1, *[1] * (total.ndim - 1))
+            totals[name] = np.moveaxis(spread, 0, axis)
+        for motor in (name for name, given in test.pd.items() if given is None):
+            row = linear.motors[motion.motor(motor, "pd")]
+            for gain, matrix in ((KP, "K"), (KD, "D")):
+                label = gain_label(motor, gain)
+                totals[matrix][place[label]] = values[label] * np.outer(row, row).reshape(n, n)
+        return LinearSlopes(linear, self.sought.labels, **totals)
+
+
+def _with_change(test: VibrationTest, name: int | str, c: float) -> VibrationTest:
+    """Return a test with another window, or with another zero of a joint that is named."""
+    if isinstance(name, str):
+        return test.with_zero(name, c)
+    return test if test.window is None else replace(test, window=test.window.changed(c))
+
+
+def _without_slopes(linear: Linearization) -> LinearSlopes:
+    n, i, o = len(linear.kept), len(linear.inputs), len(linear.outputs)
+    none = np.zeros((0, n, n))
+    rows = (np.zeros((0, n, i)), np.zeros((3, 0, o, n)), np.zeros((0, len(linear.motors), n)))
+    return LinearSlopes(linear, (), none, none, none, *rows)
+
+
+def _outputs(test: VibrationTest) -> list[str]:
+    return [*(response.output for response in test.responses), *(test.modes.outputs if test.modes else ())]
+
+
+def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
+    """Return the responses that have the same frequencies, by their places."""
+    groups: list[list[int]] = []
+    for k, one in enumerate(responses):
+        same = [group for group in groups if np.array_equal(responses[group[0]].f, one.f)]
+        if same:
+            same[0].append(k)
+        else:
+            groups.append([k])
+    return groups
+
+
+@dataclass(frozen=True)
+class Swinging:
+    """Poles (m) of oscillating motions, rad/s, and their amplitudes (m, outputs) at outputs by name."""
+
+    poles: ComplexArray
+    amplitudes: ComplexArray
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Measured modes (`rows`) and the poles that belong to them (`columns`), their MAC (1 where no shape was measured),
+    and whether no other pole is as near, (pairs,) each."""
+
+    rows: IndexArray
+    columns: IndexArray
+    likeness: Array
+    sure: BoolArray
+
+
+def swinging_of(linear: Linearization) -> Swinging:
+    """Return what oscillates in a linearization."""
+    poles, vectors = damped_poles(linear)
+    places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
+    poles, vectors = poles[places], vectors[:, places]
+    own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
+    return Swinging(poles, own.T, tuple(linear.outputs))
+
+
+def pairs_of_modes(measured: MeasuredModes, own: Swinging) -> Pairs:
+    """Return the poles that belong to measured modes, by shape and frequency."""
+    apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
+    cost, likeness = apart, np.ones_like(apart)
+    if measured.shapes is not None:
+        places = [own.outputs.index(name) for name in measured.outputs]
+        likeness = _mac(measured.shapes, own.amplitudes[:, places])
+        cost = apart - likeness
+    rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
+    alone = len(own.poles) < 2
+    nearest = np.sort(likeness - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
+    sure = (likeness[rows, columns] >= LEAST_MAC) & (
+        (nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None)
+    )
+    return Pairs(rows, columns, likeness[rows, columns], sure)
+
+
+def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
+    """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
+    own = swinging_of(slopes.linear)
+    pairs = pairs_of_modes(measured, own)
+    rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every
+    size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
+    by_f, by_zeta = ratio_slopes(chosen, pole_slopes(slopes, chosen))
+    k, p = len(measured.f), len(slopes.names)
+    modes = PredictedModes(np.full(k, np.nan), np.full(k, np.nan), np.zeros((p, k)), np.zeros((p, k)))
+    for one, values in ((modes.f, size), (modes.zeta, zeta)):
+        one[rows[sure]] = values[sure]
+    modes.slopes_f[:, rows[sure]], modes.slopes_zeta[:, rows[sure]] = by_f[:, sure], by_zeta[:, sure]
+    return modes
+
+
+def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
+    """Return |a^H b|^2 / (a^H a b^H b) of shapes (k, outputs) and (m, outputs), (k, m)."""
+    cross = np.abs(measured.conj() @ shapes.T) ** 2
+    sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
+    likeness: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
+    return likeness
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A drive with numbers, and the signals of its motor's position and of the one that it controls."""
+
+    cascade: Cascade
+    own: str
+    controlled: str
+
+    @property
+    def torque(self) -> str:
+        """The signal of its torque."""
+        return f"{self.cascade.motor}.tau"
+
+
+def loops_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Loop]:
+    """Return the loops of all drives by motor; raises `InputError` for gains without value, or to be estimated."""
+    joints, found = {joint.name: joint for joint in motion.asked.joints}, {}
+    for name, drive in drives_of(motion.asked).by_motor.items():
+        cascade = cascade_of(joints[name], drive, motion.parameters, motion.source)
+        if cascade.tuned_gains:
+            what = 'is "tuned", which is no number: `control --save` writes those that it finds'
+            raise InputError(motion.source, f"drives, {name}, {cascade.tuned_gains[0]}", what)
+        if shared := cascade.by_parameter.keys() & {*sought}:
+            key = next((key for key, formula in drive.formulas if min(shared) in formula.names), "current")
+            what = f"depends on {min(shared)}, which is sought: give it a number, or name what is sought (--seek)"
+            raise InputError(motion.source, f"drives, {name}, {key}", what)
+        own = f"{name}.q"
+        found[name] = Loop(
+            cascade, own, own if drive.measured == MOTOR else outputs(motion.given, [drive.measured])[0].name
+        )
+    return found
+
+
+def closed_response_slopes(
+    slopes: LinearSlopes, f: Array | ComplexArray, loops: Sequence[Loop]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return G (f, outputs, inputs) with loops closed, and its derivatives (p, f, outputs, inputs)."""
+    G, dG = response_slopes(slopes, f)
+    if not loops:
+        return G, dG
+    H, dH = _feedback(slopes, laplace(f), loops)
+    torques = [slopes.linear.inputs.index(loop.torque) for loop in loops]
+    G_t = G[:, :, torques]
+    S = np.linalg.inv(np.eye(len(loops)) + H @ G_t)
+    L, R = np.eye(G.shape[1]) - G_t @ S @ H, np.tile(np.eye(G.shape[2], dtype=complex), (len(f), 1, 1))
+    R[:, torques] -= S @ H @ G
+    closed: ComplexArray = L @ G
+    return closed, L @ dG @ R - (G_t @ S) @ dH @ closed
+
+
+def _feedback(slopes: LinearSlopes, s: ComplexArray, loops: Sequence[Loop]) -> tuple[ComplexArray, ComplexArray]:
+    """Return H (f, loops, outputs) and its derivatives (p, f, loops, outputs).
+
+    A position of a load counts over what it changes with its motor, which a sag and the geometry change.
+    """
+    linear = slopes.linear
+    H = np.zeros((len(s), len(loops), len(linear.outputs)), dtype=complex)
+    dH = np.zeros((len(slopes.names), *H.shape), dtype=complex)
+    for k, loop in enumerate(loops):
+        own, controlled = linear.outputs.index(loop.own), linear.outputs.index(loop.controlled)
+        cascade, C, ratio, change = loop.cascade, loop.cascade.controller(s), 1.0, np.zeros(len(slopes.names))
+        H[:, k, own] = s * (C + cascade.current.drag_response(s) if cascade.current else C)
+        if controlled != own:
+            (v, row), (dv, drow) = linear.Cq[[own, controlled]], slopes.C[0][:, [own, controlled]].transpose(1, 0, 2)
+            ratio = load_ratio(linear, cascade.motor, v, loop.controlled)
+            change = (drow @ v + dv @ row - 2 * ratio * (dv @ v)) / float(v @ v)
+        H[:, k, controlled] += cascade.Kv / ratio * C
+        dH[:, :, k, controlled] = np.outer(-change / ratio**2, cascade.Kv * C)
+    return H, dH

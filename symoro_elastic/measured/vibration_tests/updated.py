@@ -1,0 +1,296 @@
+"""From vibration tests to the machine that explains them: fit, verdicts, doubts, unseen tests, the next test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.named_cells import with_values
+from symoro_elastic.measured.fitting.estimates import (
+    Estimate,
+    Verdict,
+    estimates_of_logarithms,
+    undetermined_directions,
+)
+from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
+from symoro_elastic.measured.vibration_tests import diagnostics
+from symoro_elastic.measured.vibration_tests.corrections import (
+    MUCH_NEARER,
+    refuse_mistakes,
+    refuse_zero_signals,
+    wrong_modes,
+)
+from symoro_elastic.measured.vibration_tests.estimator import Estimator, lines_of
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest
+from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
+from symoro_elastic.measured.vibration_tests.next_tests import Candidate, next_tests
+from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
+from symoro_elastic.measured.vibration_tests.unknowns import Sought, sought_of
+
+DIGITS = 6  # of values that are saved
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How tests are fitted: what is sought, prior factor, doubt of masses, windows left out, robust or not."""
+
+    seek: tuple[str, ...] = ()
+    factor: float = 2.0
+    mass_doubt: float = 0.0
+    without: tuple[tuple[float, float], ...] = ()
+    robust: bool = True
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How well a response of a test is predicted: median |dB| and relative error of peaks, before and after the fit.
+
+    Of a list of modes, the relative error of frequencies.
+    """
+
+    test: str
+    output: str
+    input: str
+    is_fitted: bool
+    before: float
+    after: float
+    peaks_before: float
+    peaks_after: float
+
+
+@dataclass(frozen=True, repr=False)
+class Updated(Result):
+    """A machine updated by vibration tests: estimates with verdicts, the fit, and lines about what is in doubt.
+
+    `tests` were fitted, `unseen` were only predicted.
+    """
+
+    machine: Machine
+    sought: Sought
+    tests: tuple[VibrationTest, ...]
+    unseen: tuple[VibrationTest, ...]
+    settings: Settings
+    fit: Fit
+    notes: tuple[str, ...]
+
+    @cached_property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Estimates of all unknowns, with verdicts."""
+        std = np.sqrt(np.diag(self.fit.covariance))
+        return estimates_of_logarithms(self.sought.unknowns, self.fit.x, std, self.settings.factor)
+
+    @cached_property
+    def undetermined(self) -> tuple[str, ...]:
+        """Sentences about what these tests do not determine."""
+        fit, unknowns = self.fit, self.sought.unknowns
+        return tuple(undetermined_directions(unknowns, fit.x, fit.covariance, self.settings.factor))
+
+    @cached_property
+    def bands(self) -> tuple[diagnostics.Band, ...]:
+        """Bands in which the model lacks something."""
+        return tuple(diagnostics.lacking(self.fit.lines, self.fit))
+
+    @property
+    def headline(self) -> str:
+        """Machine, tests and parameters."""
+        reported = [estimate for estimate in self.estimates if not estimate.unknown.is_nuisance]
+        good = sum(estimate.verdict is Verdict.IDENTIFIED for estimate in reported)
+        count = f"{len(self.tests)} test{'' if len(self.tests) == 1 else 's'}"
+        return f"Update of {self.machine.name}: {good} of {len(reported)} parameters identified from {count}"
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Values by label, as they are saved."""
+        return {estimate.unknown.label: float(f"{estimate.value:.{DIGITS}g}") for estimate in self.estimates}
+
+    @property
+    def verdict_on_model(self) -> str:
+        """Verdict of chi2 on the model, in words."""
+        return diagnostics.verdict_on_model(self.fit, self.bands)
+
+    @cached_property
+    def predictions(self) -> tuple[tuple[Predicted, ...], tuple[Predicted, ...]]:
+        """What the machine predicts of all tests, fitted and unseen ones, before and after."""
+        predictions = Predictions(self.sought, (*self.tests, *self.unseen))
+        return tuple(predictions.at(self.sought.start, False)), tuple(predictions.at(self.fit.x, False))
+
+    @cached_property
+    def shown(self) -> tuple[Shown, ...]:
+        """How well each response is predicted, before and after."""
+        rows = []
+        zero = {(line.test, line.place) for line in self.fit.lines}
+        for t, (test, before, after) in enumerate(zip((*self.tests, *self.unseen), *self.predictions, strict=True)):
+            for k, (measured, old, new) in enumerate(
+                zip(test.responses, before.responses, after.responses, strict=True)
+            ):
+                fitted = t < len(self.tests)
+                if fitted and (t, k) not in zero:
+                    continue
+                numbers = [diagnostics.errors(measured.H, response.G) for response in (old, new)]
+                numbers += [diagnostics.peak_errors(measured.f, measured.H, response.G) for response in (old, new)]
+                rows.append(Shown(test.name, measured.output, measured.input, fitted, *numbers))
+            if test.modes is not None and before.modes is not None and after.modes is not None:
+                apart = [
+                    diagnostics.frequency_errors(test.modes.f, response.modes.f)
+                    for response in (before, after)
+                    if response.modes
+                ]
+                nothing = (math.nan, math.nan)
+                rows.append(Shown(test.name, "frequencies", "", t < len(self.tests), *nothing, *apart))
+        return tuple(rows)
+
+    def next_tests(self, count: int = 5) -> list[Candidate]:
+        """Return the tests after which the sought parameters are known best, the best one first."""
+        return next_tests(Predictions(self.sought, self.tests), self.fit.lines, self.fit, count)
+
+    def saved(self) -> tuple[Machine, list[str]]:
+        """Return the machine with the values found, and lines about those that no machine file holds."""
+        of_machine = {unknown.label: not unknown.is_gain for unknown in self.sought.unknowns}
+        values = {label: x for label, x in self.values.items() if of_machine[label]}
+        gains = [f"{label} = {x:.4g}" for label, x in self.values.items() if not of_machine[label]]
+        lines = (
+            [f"{', '.join(gains)}: of controllers, not of the machine, so the file does not hold them"] if gains else []
+        )
+        masses = [estimate.unknown.label for estimate in self.estimates if estimate.unknown.is_nuisance]
+        if masses:
+            lines.append(
+                f"{len(masses)} masses and inertias are saved as fitted, within their doubt: stiffness goes with them"
+            )
+        return with_values(self.sought.machine, values), lines
+
+
+def update(
+    machine: Machine,
+    tests: Sequence[VibrationTest],
+    settings: Settings,
+    step: Announce = announce_nothing,
+    notes: Sequence[str] = (),
+    other: OtherData | None = None,
+) -> Updated:
+    """Return the machine that explains these tests best, near its file.
+
+    `other` data of the machine are fitted together with the tests.
+
+    Raises
+    ------
+    InputError
+        For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
+    """
+    fitted = _those_fitted(machine, tests)
+    if not (math.isfinite(settings.factor) and settings.factor > 1):
+        raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
+    step("start")
+
+    def by(tests: Sequence[VibrationTest]) -> Sought:
+        return sought_of(machine, tests, settings.seek, settings.factor, settings.mass_doubt, other)
+
+    sought = by(fitted)
+    predictions = Predictions(sought, fitted)
+    lines, zero = lines_of(predictions, settings.without)
+    _refuse_zero(machine, fitted, lines, zero)
+    step("fit")
+    evidence = other.evidence(sought.labels) if other else None
+    estimator = Estimator(predictions, lines, settings.robust, evidence)
+    fit = _checked_fit(estimator, partial(refuse_mistakes, estimator, machine, by))
+    if zero and lines:
+        refuse_zero_signals(estimator, machine, zero, fit)
+    of_modes = wrong_modes(sought, machine, by, fitted, fit)
+    listed, fitted = fitted, fit.tests
+    after = predictions.at(fit.x, slopes=False, tests=fitted)
+    if not fit.delays:
+        diagnostics.refuse_opposite(fitted, fit.lines, after)
+    lines_about = [
+        *notes, *sought.notes, *_doubts(listed, zero, fit, after), *of_modes, *predictions.doubts_at(fit.x),
+        *diagnostics.of_windows(listed, fit, sought.labels), *_of_other_data(evidence, fit),
+    ]  # fmt: skip
+    return Updated(machine, sought, fitted, _unseen(tests, listed, fitted), settings, fit, tuple(lines_about))
+
+
+def _unseen(
+    tests: Sequence[VibrationTest], listed: Sequence[VibrationTest], fitted: Sequence[VibrationTest]
+) -> tuple[VibrationTest, ...]:
+    """Return the tests that are only predicted, through the windows that the fitted ones were seen through."""
+    windows = {a.window: b.window for a, b in zip(listed, fitted, strict=True)}
+    return tuple(replace(test, window=windows.get(test.window, test.window)) for test in tests if test.validate)
+
+
+def _refuse_zero(
+    machine: Machine, tests: Sequence[VibrationTest], lines: Sequence[Lines], zero: Sequence[tuple[int, int]]
+) -> None:
+    """Raise `InputError` where all responses are zero in the model, and no modes are given."""
+    if zero and not lines and not any(test.modes for test in tests):
+        pairs = ", ".join(response.pair for test in tests for response in test.responses)
+        what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
+        raise InputError(machine.label, "tests", what)
+
+
+def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
+    """Return the tests that are fitted; raises `InputError` where none is left, or one is there twice."""
+    fitted = tuple(test for test in tests if not test.validate)
+    if not any(test.responses or test.modes for test in fitted):
+        raise InputError(machine.label, "tests", "no test to fit: at least one without validate is needed")
+    diagnostics.refuse_copies(fitted)
+    return fitted
+
+
+def _doubts(
+    tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]], fit: Fit, after: Sequence[Predicted]
+) -> list[str]:
+    """Return lines about tests that do not go with the model."""
+    return [
+        *diagnostics.of_zero_pairs(tests, zero), *([] if fit.gains else diagnostics.of_scale(tests, fit.lines, after)),
+        *diagnostics.of_lost_modes(tests, after),
+        *([] if fit.delays or fit.gains else diagnostics.of_pairs(tests, fit, after)),
+        *diagnostics.of_spikes(tests, fit), *diagnostics.of_delays(tests, fit), *diagnostics.of_gains(tests, fit),
+        *diagnostics.of_neighbours(fit),
+    ]  # fmt: skip
+
+
+def _of_other_data(evidence: Evidence | None, fit: Fit) -> list[str]:
+    """Return a line where other data contradict the fit."""
+    if evidence is None or not evidence.contradicts(fit.x):
+        return []
+    what = "the log and the tests contradict each other by more than chance: check positions, held motors, centers of "
+    return [f"{what}mass and the torque constant (--gain); fit each alone (identify, update) and compare"]
+
+
+def _checked_fit(estimator: Estimator, look: Callable[..., None]) -> Fit:
+    """Return the fit; `look` refuses wrong lists of tests, before other hints, and where the model lacks something.
+
+    Raises `InputError` for files and lists whose mistake is known.
+    """
+    tests, start = estimator.predictions.tests, estimator.predictions.sought.start
+    predicted = estimator.predictions.at(start, slopes=False)
+    diagnostics.refuse_without_phase(tests, estimator.lines, predicted)
+    try:
+        diagnostics.refuse_far(tests, estimator.lines, predicted)
+    except InputError:
+        look(estimator.near(start).fit)
+        raise
+    fit = estimator.fit(partial(_refuse_wrong, estimator, tests, look))
+    look(fit)
+    return fit
+
+
+def _refuse_wrong(
+    estimator: Estimator,
+    tests: Sequence[VibrationTest],
+    look: Callable[..., None],
+    fit: Fit,
+    predicted: Sequence[Predicted],
+) -> None:
+    """Raise `InputError` for mistakes in responses and their list, then for pairs of another sign or unit."""
+    look(fit, MUCH_NEARER)
+    try:
+        diagnostics.refuse_wrong(tests, fit.lines, predicted)
+    except InputError:
+        look(fit)
+        raise

@@ -1,0 +1,1 @@
+"""Checks of machines: singular or implausible ones, gyroscopic rotors, descriptions of loops."""

@@ -1,0 +1,1 @@
+"""Models of frames: placements, velocities, and their inverses."""

@@ -1,0 +1,1 @@
+"""The models that can be requested, and their programs in other forms."""

@@ -1,0 +1,1 @@
+"""The models that generated time steps call."""

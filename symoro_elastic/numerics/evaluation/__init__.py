@@ -1,0 +1,1 @@
+"""Programs and models in numbers: values of parameters, states, and motions whose loops are closed."""
