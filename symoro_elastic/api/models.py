@@ -15,7 +15,7 @@ from symoro_elastic.api.options import Certifying, Checking, Generating, Integra
 from symoro_elastic.api.rows import BOXES, EFFORTS, MachineLike, Values, certified_names
 from symoro_elastic.api.scenes import SceneRequest, scene_for
 from symoro_elastic.codegen.compile import CompilerMissing
-from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
+from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS, ToolChain, tool_chain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, SCALED_TARGETS, TARGET_NAMES, TARGETS
@@ -97,7 +97,7 @@ def build_of(options: Generating) -> Build:
     precisions = among(options.precisions, PRECISIONS, "--precision")
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in targets if name in TARGETS):
         raise InputError(COMMAND, "--precision", "concerns the C code: add --target c, or leave it out")
-    tools = reporting(options.report, options.compiler, options.compiler_flags, targets)
+    tools = reporting(options, targets)
     return Build(
         targets,
         precisions,
@@ -125,22 +125,37 @@ def options_of_unit(
     return fmu.Options(fmi, dict(start), by_torque)
 
 
-def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -> ToolChain | None:
+def reporting(options: Generating, targets: Sequence[str]) -> ToolChain | None:
     """Return the compiler of a report, None without a report; raises `InputError`."""
-    if not report:
-        if compiler or flags:
-            place = "--compiler" if compiler else "--compiler-flags"
-            raise InputError("symoro-elastic", place, "belongs to the report: add --report, or leave it out")
+    compiler, flags = options.compiler, options.compiler_flags
+    named = {"--processor": options.processor, "--compiler": compiler, "--compiler-flags": flags}
+    places = [place for place, value in named.items() if value]
+    if not options.report:
+        if places:
+            raise InputError(COMMAND, places[0], "belongs to the report: add --report, or leave it out")
         return None
     if not {C.name, C_BATCH.name, *SCALED_TARGETS} & {*targets}:
-        raise InputError("symoro-elastic", "--report", "concerns the C code: add --target c")
+        raise InputError(COMMAND, "--report", "concerns the C code: add --target c")
+    if options.processor:
+        if len(places) > 1:
+            raise InputError(COMMAND, "--processor", f"names a compiler and its options: leave out {places[1]}")
+        return tools_of(options.processor)
     try:
         return tool_chain(compiler, flags)
     except CompilerMissing as error:
-        raise InputError("symoro-elastic", "--compiler" if compiler else "--report", error.what) from None
+        raise InputError(COMMAND, "--compiler" if compiler else "--report", error.what) from None
     except ValueError as error:
         place = "--compiler-flags" if str(error) == flags else "--compiler"
-        raise InputError("symoro-elastic", place, f"{str(error)!r} has an unmatched quotation mark") from None
+        raise InputError(COMMAND, place, f"{str(error)!r} has an unmatched quotation mark") from None
+
+
+def tools_of(processor: str) -> ToolChain:
+    """Return the compiler of a processor by its name; raises `InputError`."""
+    among((processor,), CONTROLLERS, "--processor")
+    try:
+        return tool_chain(CONTROLLERS[processor].compiler, CONTROLLERS[processor].flags)
+    except CompilerMissing as error:
+        raise InputError(COMMAND, "--processor", error.what) from None
 
 
 @operation_on_models(Checking)

@@ -13,7 +13,9 @@ from symoro_elastic.api.machines import NO_VALUES, the_machine
 from symoro_elastic.api.options import Climbing, Integrating, Reducing, Simulating
 from symoro_elastic.api.rows import MachineLike, Ranges, SceneLike, Values
 from symoro_elastic.api.scenes import Prescribed, SceneRequest, required_motions
+from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS
 from symoro_elastic.codegen.integration.tableaus import METHODS
+from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.foundation.errors import InputError, among, reported_places
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.machine.described import Wanted
@@ -21,7 +23,7 @@ from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.within import Evidence
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.ladder.reduced import Reduced
+    from symoro_elastic.analysis.ladder.reduced import Compiler, Reduced
     from symoro_elastic.analysis.ladder.rungs import Ladder
     from symoro_elastic.analysis.simulation.reference_motion import Reference
     from symoro_elastic.analysis.simulation.simulate import Request
@@ -179,8 +181,18 @@ def reduce(machine: MachineLike, options: Reducing) -> Reduced:
     purpose = Purpose(options.for_ or (Purpose.BOTH if controlled else Purpose.SIMULATION))
     file = options.scene if isinstance(options.scene, str | Path) else None
     evidence = Evidence.PROVEN if options.proven else Evidence.CONFIDENT
-    goal = Goal(purpose, evidence, tuple(map(Part, options.only)) or tuple(Part))
+    parts = tuple(map(Part, options.only)) or tuple(Part)
+    goal = Goal(purpose, evidence, parts, compiler_for(options.processor) if options.processor else None)
     return reduced_for(goal, prediction, Asked(whole, scene, wanted, file), options.announce, options.progress)
+
+
+def compiler_for(processor: str) -> Compiler:
+    """Return the compiler of a processor by its name; raises `InputError`."""
+    from symoro_elastic.analysis.ladder.reduced import Compiler
+    from symoro_elastic.api.models import tools_of
+
+    tools = tools_of(processor)
+    return Compiler(processor, tools, PRECISIONS[CONTROLLERS[processor].precision])
 
 
 def _wanted(asked: Prescribed, options: Reducing) -> Wanted:

@@ -106,6 +106,7 @@ class Generating(RequestedModels):
         "arguments."
     )
     report: bool = switch("Compile the C, and report stack, size and instructions of each function.")
+    processor: str = rows.processor_row("of the report, instead of --compiler and its options")
     compiler: str = option("", "COMMAND", "Compiler of the report (default: that of this computer).", gone=("--cc",))
     compiler_flags: str = option("", "OPTIONS", "Its options, after -O2, as in '-mcpu=cortex-m7'.", gone=("--cflags",))
     fmi: int = option(2, "N", "Version of FMI of an FMU, 2 or 3.", kinds.WHOLE, least=2, most=3)
@@ -517,6 +518,7 @@ class Reducing(Options, kw_only=False):
     rate: float | None = option(
         None, "HZ", "Rate of the controller: a period is a whole number of steps.", kinds.NUMBER, unit="Hz", above=0
     )
+    processor: str = rows.processor_row("whose instructions are counted; torques in the precision of its unit")
     announce: Announce = rows.announce_row()
     progress: Progress = rows.progress_row()
 

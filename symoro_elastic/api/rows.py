@@ -54,6 +54,7 @@ table_names = _names_of("machine.constants", "SECTIONS")
 sampling_names = _names_of("analysis.sweeps.design", "SAMPLINGS")
 purpose_names = _names_of("analysis.ladder.reduced", "Purpose")
 part_names = _names_of("analysis.ladder.reduced", "Part")
+processor_names = _names_of("codegen.embedded.tool_chain", "CONTROLLERS")
 
 
 def certified_names() -> Iterable[str]:
@@ -66,6 +67,11 @@ def certified_names() -> Iterable[str]:
 OF_FILE, OF_MOTION, OF_SET_POINTS = "file", "motion", "set-points"
 BOXES = (OF_FILE, OF_MOTION, OF_SET_POINTS)
 """Where the box of arguments may come from."""
+
+
+def processor_row(what: str) -> Any:
+    """Return the option for a processor by its name."""
+    return option("", "NAME", f"Processor {what}: {{names}}.", names=processor_names)
 
 
 def limits_row() -> Any:

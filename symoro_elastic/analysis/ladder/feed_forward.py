@@ -26,6 +26,8 @@ from symoro_elastic.analysis.ladder.torque_tolerances import TorqueTolerance, ad
 from symoro_elastic.analysis.simulation.motor_coordinates import InverseModelOfMotors
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.generation.pipeline import programs
@@ -57,11 +59,12 @@ class ReducedTorques:
     """An inverse model without terms: by how much shares were scaled, its torque errors and those at outputs.
 
     `torque` (by motor) are the largest along the motions, `predicted` those of outputs by the linear model, `measured`
-    by simulation, None where it was not simulated.
+    by simulation, None where it was not simulated. `package` has the program.
     """
 
     scale: float
     model: ReducedModel
+    package: Package
     torque: Mapping[str, float]
     predicted: Mapping[str, float]
     measured: Mapping[str, float] | None = None
@@ -99,7 +102,10 @@ class FeedForward:
 
 
 class FeedForwardSearch:
-    """The search along the motions of a prediction; `machine` is the described one, `evidence` that of torques."""
+    """The search along the motions of a prediction; `machine` is the described one, `evidence` that of torques.
+
+    Torques are computed in `precision`, whose rounding errors are within the tolerances, too.
+    """
 
     def __init__(
         self,
@@ -107,9 +113,11 @@ class FeedForwardSearch:
         machine: DescribedMachine,
         scene: Scene = WHOLE_SCENE,
         evidence: Evidence = Evidence.CONFIDENT,
+        precision: Precision = DOUBLE,
     ) -> None:
         """Raises `InputError` for motors that follow exactly, and machines without an inverse model of motors."""
         self.prediction, self.evidence, first = prediction, evidence, prediction.references[0]
+        self.precision = precision
         if first.servo is None:
             what = "motors follow exactly, so no torque error moves them: give servos or drives, or --for simulation"
             raise first.prescribed.error("servo", what)
@@ -164,7 +172,7 @@ class FeedForwardSearch:
         """Return the inverse model reduced within scaled shares of the tolerance; raises `InputError`."""
         shares = {x.motor: Tolerance(scale * x.share, relative=False) for x in self.tolerances if np.isfinite(x.share)}
         scene = replace(self.scene, within=Within(shares, guaranteed=self.evidence))
-        _, (model,) = reduced_models(self.machine, scene, programs, [ROUNDINGS["double"]])
+        traced, (model,) = reduced_models(self.machine, scene, programs, [ROUNDINGS[self.precision.name]])
         errors = [
             self._torque_errors(model, x, path.t)
             for x, path in zip(self._references, self.prediction.paths, strict=True)
@@ -172,9 +180,8 @@ class FeedForwardSearch:
         torque = np.max([np.abs(x).max(axis=0) for x in errors], axis=0)
         outputs = [_outputs_under(path, x) for path, x in zip(self.prediction.paths, errors, strict=True)]
         predicted = dict(zip(self.prediction.tolerance, np.max(outputs, axis=0).tolist(), strict=True))
-        return ReducedTorques(
-            scale, model, dict(zip(self._references[0].motors, torque.tolist(), strict=True)), predicted
-        )
+        by_motor = dict(zip(self._references[0].motors, torque.tolist(), strict=True))
+        return ReducedTorques(scale, model, traced.package, by_motor, predicted)
 
     def _torque_errors(self, model: ReducedModel, reference: Reference, t: Array) -> Array:
         """Return the torques (N, m) of a reduced model less those of the full one."""
@@ -194,6 +201,10 @@ class FeedForwardSearch:
         within = EXACT if advised is None else models[advised].model.within
         scene = replace(self.scene, within=within)
         return FeedForward(self._references, self.tolerances, tuple(models), advised, full, scene)
+
+    def package_of(self, result: FeedForward) -> Package:
+        """Return the program of the advised model, or of the full one."""
+        return result.chosen.package if result.chosen else programs(self.machine, self.scene).package
 
     def feed(self, model: ReducedModel) -> Callable[[int, Array], Array]:
         """Return the torques (N, m) of a reduced model by the number of a motion and times (N,)."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from symoro_elastic.analysis.ladder.feed_forward import FeedForward
 from symoro_elastic.analysis.ladder.greedy import SpringFigures
-from symoro_elastic.analysis.ladder.reduced import Reduced
+from symoro_elastic.analysis.ladder.reduced import ProcessorCosts, Reduced
 from symoro_elastic.analysis.ladder.rung import (
     MODEL_SHARE,
     Budget,
@@ -24,6 +24,7 @@ from symoro_elastic.analysis.ladder.torque_tolerances import TorqueTolerance
 from symoro_elastic.analysis.simulation.periods import period_line, quantity
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.codegen.embedded.report import Cost
 from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.foundation.results import Field, Part, Table, columns_of, declare, parts_of, table_of
 from symoro_elastic.machine.described import Wanted
@@ -298,6 +299,7 @@ declare(
 )
 
 
+declare(ProcessorCosts, Field("processor"), Field("precision"), Field("torques"), Field("step"))
 PREDICTED = str(Evidence.PREDICTED)
 declare(
     TorqueTolerance,
@@ -368,6 +370,7 @@ declare(
     Field("feed_forward", _chosen_torques),
     Field("simulation", _chosen_model),
     Field("within", "is_within"),
+    Field("costs"),
     Field("advice", lambda x: " ".join(_sentences(x))),
 )
 
@@ -454,6 +457,21 @@ def _path_table(
     return table
 
 
+def _costs_lines(result: Reduced) -> list[str]:
+    """Return a line on the instructions, stack and code of torques and of a step on a processor."""
+    if result.costs is None:
+        return []
+    named = {f"torques in {result.costs.precision} precision": result.costs.torques, "a step": result.costs.step}
+    texts = [f"{name} at most {_cost_text(x.cost)}" for name, x in named.items() if x]
+    return [f"on {result.costs.processor}: {'; '.join(texts)}"] if texts else []
+
+
+def _cost_text(cost: Cost) -> str:
+    calls = sum((cost.calls or {}).values())
+    of_libraries = f" and {calls} calls of libraries" if calls else ""
+    return f"{cost.instructions} instructions{of_libraries}, {cost.stack} bytes of stack, {cost.code} bytes of code"
+
+
 def _remarks(result: Reduced) -> list[str]:
     """Return lines on the evidence for torque errors, the work of a controller, and the simulation."""
     lines = []
@@ -465,6 +483,7 @@ def _remarks(result: Reduced) -> list[str]:
         lines.append(
             f"at {result.rate:g} Hz the torques cost {result.rate * result.feed_forward.operations:.3g} operations/s"
         )
+    lines += _costs_lines(result)
     if result.simulation and result.simulation.budget:
         budget = result.simulation.budget
         lines += [times_line(budget), *_rejected_line(budget)]

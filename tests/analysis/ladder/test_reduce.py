@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from symoro_elastic.analysis.ladder.feed_forward import (
 )
 from symoro_elastic.analysis.ladder.reduced import Reduced
 from symoro_elastic.analysis.ladder.rungs import prediction_of
+from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS, Processor
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.within import Evidence
 from tests.analysis.ladder.test_drives import drawn
@@ -26,6 +28,7 @@ from tests.command_line import EXAMPLES, refused, run
 ARM, MOVE = EXAMPLES / "planar_2r.toml", EXAMPLES / "scenes" / "planar_2r_move.toml"
 TWO_AXIS, TWO_AXIS_MOVE = EXAMPLES / "two_axis.toml", EXAMPLES / "scenes" / "two_axis_move.toml"
 TO = {"tip.x": 1e-3, "tip.y": 1e-3}
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 LINEAR = 0.1
 """Relative difference of the linear model from a simulation: torques are wrong by 8 % of the largest."""
 
@@ -122,6 +125,34 @@ def test_both_purposes_have_one_table_and_two_scenes(tmp_path: Path) -> None:
         assert run("simulate", str(TWO_AXIS), "--scene", str(tmp_path / name)).exit_code == 0
 
 
+@needs_gcc
+@pytest.mark.parametrize("precision", ["double", pytest.param("single", marks=pytest.mark.thorough)])
+def test_costs_on_a_processor_are_those_of_the_generated_code(
+    precision: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of the scenes that it writes, in the precision of the processor's unit; this computer stands for it."""
+    monkeypatch.setitem(CONTROLLERS, "cortex-m4", Processor("gcc", "-O1", precision))
+    result = se.reduce(ARM, MOVE, to=TO, processor="cortex-m4", only=["terms", "steps"])
+    assert result.costs is not None and result.costs.torques is not None and result.costs.step is not None
+    simulated, fed = result.write(tmp_path / "r.toml")
+    where = {"out": tmp_path, "targets": ["c"], "report": True, "processor": "cortex-m4"}
+    (code,) = se.generate(ARM, scene=fed, limits="set-points", precisions=[precision], **where).reports
+    (torques,) = [x for x in code.functions if x.name == result.costs.torques.name]
+    assert torques.cost == result.costs.torques.cost and torques.cost.instructions
+    mixed = {"double": "double", "single": "mixed"}[precision]
+    where |= {"fold": "all", "models": ["direct_dynamics"], "force": True}
+    (code,) = se.generate(ARM, scene=simulated, precisions=[mixed], **where).reports
+    assert result.costs.step.cost in [x.cost for x in code.functions if x.name == result.costs.step.name]
+    assert "on cortex-m4: torques in" in result.summary() and "a step at most" in result.summary()
+    assert result.as_json()["costs"]["torques"]["instructions"] == torques.cost.instructions
+
+
+def test_the_compiler_of_a_processor_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(CONTROLLERS, "cortex-m4", Processor("arm-none-gcc", "", "single"))
+    with pytest.raises(InputError, match="processor: there is no program 'arm-none-gcc'"):
+        se.reduce(ARM, MOVE, to=TO, processor="cortex-m4")
+
+
 @pytest.mark.thorough
 def test_only_springs_are_left_out_where_only_they_may_be() -> None:
     result = se.reduce(TWO_AXIS, TWO_AXIS_MOVE, only=["springs"])
@@ -166,6 +197,7 @@ def test_ctrl_c_keeps_the_best_model_so_far(monkeypatch: pytest.MonkeyPatch) -> 
         (("--only", "screws"), "--only: unknown 'screws'"),
         (("--to", "tip.x=5kg"), "--to"),
         (("--to", "nose.x=5um"), "nose"),
+        (("--processor", "cortex-m"), "--processor: unknown 'cortex-m': choose from cortex-m4"),
     ],
 )
 def test_wrong_requests_are_refused_by_name(words: tuple[str, ...], message: str) -> None:

@@ -172,6 +172,9 @@ BAD = {
     ("--compiler", "gcc"): "--compiler: belongs to the report: add --report",
     ("--compiler-flags", "-O3"): "--compiler-flags: belongs to the report",
     ("--report", "--compiler-flags", "'-O3"): '--compiler-flags: "\'-O3" has an unmatched quotation mark',
+    ("--processor", "cortex-m7"): "--processor: belongs to the report",
+    ("--report", "--processor", "cortex"): "--processor: unknown 'cortex'",
+    ("--report", "--processor", "cortex-m7", "--compiler", "gcc"): "--processor: names a compiler and its options",
     ("--report", "--target", "numpy"): "--report: concerns the C code: add --target c",
     ("--report", "--compiler-flags", "-mcpu=nothing"): "symoro-elastic: C compiler: gcc: ",
 }
