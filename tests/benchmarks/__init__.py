@@ -8,6 +8,7 @@
     python -m tests.benchmarks.counts    operations, and instructions by callgrind, against published figures
     python -m tests.benchmarks.robots urdf    robots of two packages against Pinocchio: errors, operations
     python -m tests.benchmarks.robots mjcf    robots of three packages against MuJoCo: errors
+    python -m tests.benchmarks.optimum    terms left out against a bound on what any selection leaves
     python -m tests.benchmarks.growth    time to generate and to compile against the number of joints
 
 All take `--json FILE`; `speed --picture FILE` draws the ratios. Needs gcc (clang too, where there is one) and
