@@ -9,18 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symoro_elastic.api.checked_calls import COMMAND
+from symoro_elastic.api.compilers import reporting
 from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Integrating, Trading, Writing
 from symoro_elastic.api.rows import BOXES, EFFORTS, MachineLike, Values, certified_names
 from symoro_elastic.api.scenes import SceneRequest, scene_for
-from symoro_elastic.codegen.compile import CompilerMissing
-from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS, ToolChain, tool_chain
+from symoro_elastic.codegen.embedded.tool_chain import ToolChain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
-from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, SCALED_TARGETS, TARGET_NAMES, TARGETS
-from symoro_elastic.codegen.targets.c import C
-from symoro_elastic.codegen.targets.c_batch import C_BATCH
+from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, TARGET_NAMES, TARGETS
 from symoro_elastic.foundation.errors import InputError, among, reported_places
 from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 from symoro_elastic.foundation.output_files import permission, write_text
@@ -123,39 +121,6 @@ def options_of_unit(
         what = "an FMU has models of its own: leave it out, or add another target"
         raise InputError(COMMAND, "--model", what)
     return fmu.Options(fmi, dict(start), by_torque)
-
-
-def reporting(options: Generating, targets: Sequence[str]) -> ToolChain | None:
-    """Return the compiler of a report, None without a report; raises `InputError`."""
-    compiler, flags = options.compiler, options.compiler_flags
-    named = {"--processor": options.processor, "--compiler": compiler, "--compiler-flags": flags}
-    places = [place for place, value in named.items() if value]
-    if not options.report:
-        if places:
-            raise InputError(COMMAND, places[0], "belongs to the report: add --report, or leave it out")
-        return None
-    if not {C.name, C_BATCH.name, *SCALED_TARGETS} & {*targets}:
-        raise InputError(COMMAND, "--report", "concerns the C code: add --target c")
-    if options.processor:
-        if len(places) > 1:
-            raise InputError(COMMAND, "--processor", f"names a compiler and its options: leave out {places[1]}")
-        return tools_of(options.processor)
-    try:
-        return tool_chain(compiler, flags)
-    except CompilerMissing as error:
-        raise InputError(COMMAND, "--compiler" if compiler else "--report", error.what) from None
-    except ValueError as error:
-        place = "--compiler-flags" if str(error) == flags else "--compiler"
-        raise InputError(COMMAND, place, f"{str(error)!r} has an unmatched quotation mark") from None
-
-
-def tools_of(processor: str) -> ToolChain:
-    """Return the compiler of a processor by its name; raises `InputError`."""
-    among((processor,), CONTROLLERS, "--processor")
-    try:
-        return tool_chain(CONTROLLERS[processor].compiler, CONTROLLERS[processor].flags)
-    except CompilerMissing as error:
-        raise InputError(COMMAND, "--processor", error.what) from None
 
 
 @operation_on_models(Checking)

@@ -189,7 +189,7 @@ def reduce(machine: MachineLike, options: Reducing) -> Reduced:
 def compiler_for(processor: str) -> Compiler:
     """Return the compiler of a processor by its name; raises `InputError`."""
     from symoro_elastic.analysis.ladder.reduced import Compiler
-    from symoro_elastic.api.models import tools_of
+    from symoro_elastic.api.compilers import tools_of
 
     tools = tools_of(processor)
     return Compiler(processor, tools, PRECISIONS[CONTROLLERS[processor].precision])
