@@ -194,11 +194,11 @@ def reduced_for(
         machine, precision = DescribedMachine.of(asked.machine), compiler.precision if compiler else DOUBLE
         search = FeedForwardSearch(prediction, machine, asked.scene, goal.evidence, precision)
         feed_forward = search.run(announce)
-        torques = compiler and compiler.cost(search.package_of(feed_forward), MODEL, precision)
+        torques = compiler.cost(search.package_of(feed_forward), MODEL, precision) if compiler else None
     if goal.purpose is not Purpose.FEED_FORWARD and spent:
         simulation = replace(ladder_of_prediction(prediction, announce, progress, spent), asked=asked)
-        step = compiler and compiler.cost_of_step(simulation, asked)
-    costs = compiler and ProcessorCosts(compiler.processor, compiler.precision.name, torques, step)
+        step = compiler.cost_of_step(simulation, asked) if compiler else None
+    costs = ProcessorCosts(compiler.processor, compiler.precision.name, torques, step) if compiler else None
     first = prediction.paths[0]
     free = {} if first.reference.servo is not None else acceleration_tolerances(first, prediction.tolerance)
     rate = 1 / prediction.request.period if prediction.request.period else None
