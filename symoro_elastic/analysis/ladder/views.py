@@ -486,5 +486,18 @@ def _remarks(result: Reduced) -> list[str]:
     lines += _costs_lines(result)
     if result.simulation and result.simulation.budget:
         budget = result.simulation.budget
-        lines += [times_line(budget), *_rejected_line(budget)]
+        lines += [times_line(budget), *_rejected_line(budget), *_rigid_line(result)]
     return lines
+
+
+def _rigid_line(result: Reduced) -> list[str]:
+    """Return a line on the predicted error of the machine with all springs locked."""
+    rungs = [x for x in result.simulation.rungs if x.locked] if result.simulation else []
+    if not rungs:
+        return []
+    worst = max(result.tolerance, key=lambda name: rungs[-1].predicted[name] / result.tolerance[name])
+    used = relative(rungs[-1].predicted, result.tolerance)
+    off = quantity(rungs[-1].predicted[worst], unit_of(result.machine, worst))
+    return [
+        f"for comparison: the rigid machine, all springs locked, is {off} off at {worst}, {used:.3g} x the tolerance"
+    ]
