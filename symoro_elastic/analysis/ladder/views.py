@@ -498,6 +498,4 @@ def _rigid_line(result: Reduced) -> list[str]:
     worst = max(result.tolerance, key=lambda name: rungs[-1].predicted[name] / result.tolerance[name])
     used = relative(rungs[-1].predicted, result.tolerance)
     off = quantity(rungs[-1].predicted[worst], unit_of(result.machine, worst))
-    return [
-        f"for comparison: the rigid machine, all springs locked, is {off} off at {worst}, {used:.3g} x the tolerance"
-    ]
+    return [f"for comparison: the rigid machine, all springs locked: {worst} {off} off, {used:.3g} times the tolerance"]

@@ -121,7 +121,7 @@ def test_both_purposes_have_one_table_and_two_scenes(tmp_path: Path) -> None:
     words = " ".join(result.stdout.split())
     assert "torques of all motors may be wrong by motor_x 11.4 N" in words
     assert "simulation springs" in words and "feed-forward 5 terms" in words
-    assert "the rigid machine, all springs locked, is" in words
+    assert "the rigid machine, all springs locked: tool.x" in words
     for name in ("r.toml", "r_feed_forward.toml"):
         assert run("simulate", str(TWO_AXIS), "--scene", str(tmp_path / name)).exit_code == 0
 
