@@ -50,7 +50,7 @@ from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.program import OperationCount
 
 if TYPE_CHECKING:
-    from symoro_elastic.generation.reduced import ReducedModel
+    from symoro_elastic.generation.reduced_models.model import ReducedModel
     from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort
     from symoro_elastic.numerics.verification.forms import Choice
     from symoro_elastic.numerics.verification.verify import Verification
@@ -285,8 +285,8 @@ def _programs_with_guarantees(
 
         traced, certificates = certified_in_form(machine, scene, precisions, announce=announce)
         return traced, with_guarantees(traced.package, certificates), ()
-    from symoro_elastic.generation.reduced import reduced_models
-    from symoro_elastic.generation.sentences import sentences_on
+    from symoro_elastic.generation.reduced_models.search import reduced_models
+    from symoro_elastic.generation.reduced_models.sentences import sentences_on
     from symoro_elastic.numerics.guarantees.certificates import Certificates
     from symoro_elastic.numerics.guarantees.header import with_guarantees
     from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
@@ -308,8 +308,8 @@ def _scaled_code(machine: Machine, scene: Scene, target: str, options: CodeOptio
         raise machine.error(f"--target {target}", "has no time steps: leave them out, or choose another target")
     described, reduced = DescribedMachine.of(machine), list["ReducedModel"]()
     if scene.within:
-        from symoro_elastic.generation.reduced import models_in_fixed_point
-        from symoro_elastic.generation.sentences import fixed_totals
+        from symoro_elastic.generation.reduced_models.search import models_in_fixed_point
+        from symoro_elastic.generation.reduced_models.sentences import fixed_totals
 
         announce("leave out")
         traced, reduced = models_in_fixed_point(described, scene, programs, announce, progress)

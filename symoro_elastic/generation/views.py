@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, json_of, parts_of, plain
 from symoro_elastic.generation.pipeline import Generated
-from symoro_elastic.generation.reduced import ReducedModel
-from symoro_elastic.generation.sentences import sentences_on
+from symoro_elastic.generation.reduced_models.model import ReducedModel
 from symoro_elastic.models.programs.catalogue import TracedModel
-from symoro_elastic.numerics.guarantees.certificates import Certificates
 from symoro_elastic.symbolic.program import saving
 
 declare(
@@ -23,27 +20,6 @@ declare(
     Field("sincos", "program.count.sincos", column="sincos"),
 )
 declare(Generated, Field("models", rows=TracedModel))
-
-
-declare(
-    ReducedModel,
-    Field("within", lambda model: {name or "all": str(x) for name, x in model.within.tolerances.items()}),
-    Field("operations", lambda model: dict(zip(("whole", "left"), model.operations, strict=True))),
-    Field("lost", lambda model: model.lost and asdict(model.lost)),
-    Field("solved_exactly", "solved"),
-    Field("shift_of_frequencies", "reduction.shift"),
-    Field("unproven", "reduction.unproven"),
-    Field("ended", "reduction.ended"),
-    Field("left_out", lambda model: [change.term for change in model.reduction.left_out]),
-    Field("certificates", lambda model: [certificate.as_json() for certificate in model.certificates]),
-)
-
-
-@parts_of.register
-def _(model: ReducedModel) -> list[Part]:
-    """Return the omitted terms of a model in sentences, and the table of its errors."""
-    certificates = Certificates(model.certificates[0].machine, model.certificates) if model.certificates else None
-    return [sentences_on(model), *(certificates.parts() if certificates else ())]
 
 
 @parts_of.register

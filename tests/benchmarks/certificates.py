@@ -37,7 +37,7 @@ import symoro_elastic as se
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import certificates, prepare_machine, programs
-from symoro_elastic.generation.reduced import reduced_models
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine

@@ -26,7 +26,7 @@ import symoro_elastic as se
 from symoro_elastic.cli.output import print_parts
 from symoro_elastic.foundation.results import Table
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import _Search as ReducedSearch
+from symoro_elastic.generation.reduced_models.search import _Search as ReducedSearch
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import ALL_RESULTS, Within, tolerance

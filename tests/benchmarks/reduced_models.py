@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import ReducedModel, reduced_models
+from symoro_elastic.generation.reduced_models.model import ReducedModel
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Wrench
 from symoro_elastic.machine.machine import Base, Machine

@@ -15,7 +15,8 @@ import symoro_elastic as se
 from symoro_elastic.analysis.trade_off.guaranteed import curves_of, grids_of
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import ReducedModel, reduced_models
+from symoro_elastic.generation.reduced_models.model import ReducedModel
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Wrench
 from symoro_elastic.machine.machine import Base, Machine

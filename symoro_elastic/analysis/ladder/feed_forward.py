@@ -31,7 +31,8 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import ReducedModel, reduced_models
+from symoro_elastic.generation.reduced_models.model import ReducedModel
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.limits import JointLimits, Limits, Range

@@ -20,7 +20,7 @@ from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import reduced_models
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.machine.within import Evidence

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -86,8 +86,8 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     """
     values = values or parameter_values(machine, seed)
     variables, rng = _variables(machine, values), np.random.default_rng([seed, MODERATE])
-    drawn = [("moderate", _moderate(variables, len(machine.motors), rng, wide=k % 2 == 0)) for k in range(count)]
-    return _whole(machine, drawn, variables, values, seed, MODERATE)
+    drawn = _moderate(variables, len(machine.motors), rng, np.arange(count) % 2 == 0)
+    return _whole(machine, States(drawn, ("moderate",) * count), variables, values, seed, MODERATE)
 
 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: ParameterValues | None = None) -> States:
@@ -102,22 +102,18 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
     drawn = []
     for k in range(count):
         title, change = EXTREMES[k % len(EXTREMES)]
-        state = _moderate(variables, len(machine.motors), rng, wide=k % 2 == 0)
+        moderate = _moderate(variables, len(machine.motors), rng, np.array([k % 2 == 0]))
+        state = _State(**{name: block[0].tolist() for name, block in moderate.items()})
         change(state, variables, rng)
         drawn.append((title, state))
-    return _whole(machine, drawn, variables, values, seed, EXTREME)
+    states = _stack(drawn, len(variables), len(machine.motors))
+    return _whole(machine, states, variables, values, seed, EXTREME)
 
 
 def _whole(
-    machine: Machine,
-    drawn: Sequence[tuple[str, _State]],
-    variables: Sequence[_Variable],
-    values: ParameterValues,
-    seed: int,
-    kind: int,
+    machine: Machine, states: States, variables: Sequence[_Variable], values: ParameterValues, seed: int, kind: int
 ) -> States:
     """The states with all blocks that the machine has."""
-    states = _stack(drawn, len(variables), len(machine.motors))
     states = _make_defined(machine, _assemble(machine, states, values, seed), values, seed)
     motors = [k for k, variable in enumerate(variables) if variable.motor]
     q, qd, qdd = (block[:, motors] for block in (states.q, states.qd, states.qdd))
@@ -125,7 +121,7 @@ def _whole(
     more = {
         "q_static": _deflections(machine, len(states), values, np.random.default_rng([seed, 6 + kind])),
         "f_ext": _wrenches(machine, states.titles, np.random.default_rng([seed, 8 + kind])),
-        **base_states(states.titles, np.random.default_rng([seed, 2 + kind])),
+        **(base_states(states.titles, np.random.default_rng([seed, 2 + kind])) if machine.degrees_of_base else {}),
         **dict(zip(MOTIONS, motions.transpose(1, 0, 2), strict=True)),
     }
     rng, entries = np.random.default_rng([seed, 10 + kind]), arguments(machine)
@@ -172,9 +168,9 @@ def _deflections(machine: Machine, count: int, values: ParameterValues, rng: Rng
 
 def _wrenches(machine: Machine, titles: Sequence[str], rng: Rng) -> Array:
     """Moderate wrenches on frames; none where everything is zero."""
-    drawn = [_uniform(QUANTITIES["f_ext"], rng, 6 * len(machine.forces)) for _ in titles]
+    drawn = _within(QUANTITIES["f_ext"], rng.random((len(titles), 6 * len(machine.forces))))
     acting = np.array([title != ZERO for title in titles], dtype=float)
-    wrenches: Array = acting[:, None] * np.array(drawn).reshape(len(titles), 6 * len(machine.forces))
+    wrenches: Array = acting[:, None] * drawn
     return wrenches
 
 
@@ -201,18 +197,20 @@ def _variable(joint: Joint, values: ParameterValues) -> _Variable:
     return _Variable(revolute, False, neutral, extent, EXTREME_LOAD * compliance)
 
 
-def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: bool) -> _State:
-    extents = [max(v.extent, 0.5) if wide else v.extent for v in variables]
-    return _State(
-        [v.centre + extent * float(rng.uniform(-1, 1)) for v, extent in zip(variables, extents, strict=True)],
-        *(_uniform(row, rng, motors if row.shape == "m" else len(variables)) for row in OF_JOINTS[1:]),
-    )
+def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: BoolArray) -> dict[str, Array]:
+    """Return blocks of joints, a state after the other; where it is `wide`, elastic joints are within 0.5."""
+    sizes = [motors if row.shape == "m" else len(variables) for row in OF_JOINTS]
+    positions, *others = np.split(rng.random((len(wide), sum(sizes))), np.cumsum(sizes)[:-1], axis=1)
+    extents = np.array([v.extent for v in variables])
+    extents = np.where(wide[:, None], np.maximum(extents, 0.5), extents)
+    blocks = {ARGUMENTS[0]: np.array([v.centre for v in variables]) + extents * (2 * positions - 1)}
+    return blocks | {row.name: _within(row, x) for row, x in zip(OF_JOINTS[1:], others, strict=True)}
 
 
-def _uniform(row: Quantity, rng: Rng, count: int) -> list[float]:
+def _within(row: Quantity, numbers: Array) -> Array:
+    """Return numbers from 0 to 1 as samples of a quantity."""
     size = row.samples.size if row.samples else 0.0
-    numbers: list[float] = rng.uniform(-size, size, count).tolist()
-    return numbers
+    return 2 * size * numbers - size
 
 
 def _magnitude(rng: Rng, low: float, high: float) -> float:

@@ -30,8 +30,8 @@ from symoro_elastic.codegen.targets.c_fixed import render_c_fixed
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import announce_nothing, no_progress
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import models_in_fixed_point
-from symoro_elastic.generation.sentences import fixed_totals
+from symoro_elastic.generation.reduced_models.search import models_in_fixed_point
+from symoro_elastic.generation.reduced_models.sentences import fixed_totals
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.scene import Scene

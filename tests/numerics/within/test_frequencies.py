@@ -11,7 +11,8 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.generation.pipeline import programs
-from symoro_elastic.generation.reduced import ReducedModel, reduced_models
+from symoro_elastic.generation.reduced_models.model import ReducedModel
+from symoro_elastic.generation.reduced_models.search import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import FREQUENCIES, Within, tolerance

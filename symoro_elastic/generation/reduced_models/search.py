@@ -15,8 +15,14 @@ import numpy as np
 
 from symoro_elastic.codegen.package import Function
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.foundation.results import Result
-from symoro_elastic.generation.other_forms import FullModel, NoEnergyForm, can_be_solved, from_energies, solved_direct
+from symoro_elastic.generation.reduced_models.model import ReducedModel
+from symoro_elastic.generation.reduced_models.other_forms import (
+    FullModel,
+    NoEnergyForm,
+    can_be_solved,
+    from_energies,
+    solved_direct,
+)
 from symoro_elastic.machine.constants import with_free_numbers
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO
@@ -42,7 +48,7 @@ from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding
 from symoro_elastic.numerics.within.frequencies import NaturalFrequencies
 from symoro_elastic.numerics.within.reduction import reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
-from symoro_elastic.numerics.within.structure import LostStructure, lost_structure
+from symoro_elastic.numerics.within.structure import lost_structure
 from symoro_elastic.numerics.within.trials import Requirements
 from symoro_elastic.symbolic.program import Names, Program
 
@@ -51,35 +57,6 @@ FREED = ("bodies", "motors")
 """Tables whose numbers may become zero."""
 ENDED = "the search was ended before a model within the tolerance was reached: nothing is written"
 Trace = Callable[[Machine, Scene], Traced]
-
-
-@dataclass(frozen=True, repr=False)
-class ReducedModel(Result):
-    """A model within a tolerance: its omitted terms and errors; certificates have the total, rounding included.
-
-    `lost` is what an inverse model has lost of its structure, where single terms were left out. A direct model is
-    `solved` if they were left out of its inverse model, which is solved exactly.
-    """
-
-    model: str
-    within: Within
-    reduction: Reduction
-    certificates: tuple[Certificate, ...]
-    lost: LostStructure | None = None
-    solved: bool = False
-
-    @property
-    def operations(self) -> tuple[int, int]:
-        """Products, quotients and sums of a call: of the whole model, and of this one."""
-        before, after = self.reduction.before, self.reduction.after
-        return before.products + before.add, after.products + after.add
-
-    @property
-    def headline(self) -> str:
-        """The model, its tolerances, and its operations before and after."""
-        before, after = self.operations
-        tolerances = ", ".join(f"{name} {x}".strip() for name, x in self.within.tolerances.items())
-        return f"{self.model} within {tolerances}: {after} of {before} operations"
 
 
 def reduced_models(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from symoro_elastic.generation.reduced import ReducedModel
+from symoro_elastic.generation.reduced_models.model import ReducedModel
 from symoro_elastic.machine.within import Evidence, Keep
 from symoro_elastic.numerics.evaluation.quantile_bound import CONFIDENCE, share_beyond
 from symoro_elastic.numerics.guarantees.fixed_point import Total
