@@ -12,6 +12,7 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic import cli
 from symoro_elastic.cli.options import DeclaredOption, InputFile, Output
+from symoro_elastic.foundation.errors import InputError
 from tests.command_line import EXAMPLES, ended, refused
 
 MACHINE, SCENE = EXAMPLES / "planar_2r.toml", EXAMPLES / "scenes" / "planar_2r_move.toml"
@@ -73,6 +74,31 @@ def test_a_message_names_the_option_that_was_typed(command: str, option: str, va
         del needed[needed.index(option) : needed.index(option) + 2]
     found = ended(command, MACHINE, *needed, option, value)
     assert found.code == 2 and option in found.err and found.err.startswith("error: "), found
+
+
+ODD = (
+    *("", " ", ",", ",,", "1,,0", "nan", "nan,0,0", "1e999,0,0", "1/0", "=", "=1", "x=", "x=nan", "x=1:2:nan"),
+    *("x=1:2:-1", "x=1:2:1e9,log", "x=,", ":", "1:", ":nan", "x==1", "[", "'", "x=(1", "1,2,3,4", "\u00e9=1"),
+    *("x=1 kg m/", "a by", "a by b="),
+)
+
+
+def parsed_options() -> dict[str, DeclaredOption]:
+    """Options whose texts are parsed, each once, by its flag and kind."""
+    params = [one for command in cli.cli.commands.values() for one in command.params]
+    declared = [one for one in params if isinstance(one, DeclaredOption) and one.row.kind.parse]
+    return {f"{one.opts[0]} {one.row.metavar}": one for one in declared}
+
+
+@pytest.mark.parametrize("name", parsed_options())
+def test_no_text_of_an_option_ends_in_another_error(name: str) -> None:
+    one = parsed_options()[name]
+    assert one.row.kind.parse is not None
+    for text in ODD:
+        try:
+            one.row.kind.parse((text,) if one.row.kind.many else text, one.opts[0])
+        except InputError as error:
+            assert one.opts[0] in str(error), (text, error)
 
 
 @pytest.mark.sampled(2)
