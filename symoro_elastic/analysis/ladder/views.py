@@ -299,7 +299,7 @@ declare(
 )
 
 
-def _tolerated(error: float, form: str = ".3g") -> str:
+def _tolerance_text(error: float, form: str = ".3g") -> str:
     """Text of a torque error; a motor whose torque moves no output may have any."""
     return "any" if math.isinf(error) else f"{error:{form}}"
 
@@ -308,13 +308,13 @@ PREDICTED = str(Evidence.PREDICTED)
 declare(
     TorqueTolerance,
     Field("motor", head="torque accuracy of"),
-    Field("any", head="any course", text=lambda x: _tolerated(x.any)),
-    Field("share", head="all motors at once", text=lambda x: _tolerated(x.share)),
-    Field("constant", head="constant", text=lambda x: _tolerated(x.constant)),
-    Field("sinusoid", head="worst sinusoid", text=lambda x: _tolerated(x.sinusoid)),
+    Field("any", head="any course", text=lambda x: _tolerance_text(x.any)),
+    Field("share", head="all motors at once", text=lambda x: _tolerance_text(x.share)),
+    Field("constant", head="constant", text=lambda x: _tolerance_text(x.constant)),
+    Field("sinusoid", head="worst sinusoid", text=lambda x: _tolerance_text(x.sinusoid)),
     Field("frequency", head="at", text=lambda x: "" if math.isinf(x.any) else quantity(x.frequency, "Hz")),
     Field("largest", head="largest torque", form=".3g"),
-    Field("relative", head="of it", text=lambda x: _tolerated(x.relative, ".2%")),
+    Field("relative", head="of it", text=lambda x: _tolerance_text(x.relative, ".2%")),
     Field("output", head="limited by", text=lambda x: "" if math.isinf(x.any) else x.output),
 )
 
