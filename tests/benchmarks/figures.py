@@ -21,6 +21,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from symoro_elastic.codegen.precision import DOUBLE
+from tests.benchmarks.speed import OF_SINES, fastest
 from tests.benchmarks.tables import DATA, save_json
 from tests.benchmarks.targets import ARM, ARM_7, TREE, TWO
 
@@ -75,7 +77,29 @@ def of_speed(saved: Any, instructions: str) -> Named:
             named[f"{machine}/{model}/batch/{instructions}"] = max(row["ratio"] for row in batches)
         if casadi:
             named[f"{machine}/{model}/CasADi/{instructions}"] = min(casadi) / min(row["ns"] for row in calls)
+        if instructions == "AVX-512" and model in ("inverse", "direct"):
+            named |= {f"{machine}/{model}/{name}": share for name, share in shares(rows, saved["limits_ns"])}
     return named
+
+
+def shares(rows: list[dict[str, Any]], limits: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    """Yield per cent of the processor's products and sums that batches reach, without and with those of sines."""
+    for width in ("AVX-512", "AVX2"):
+        row = fastest({row["contestant"]: row for row in rows}, f"batch, double, {width}")
+        operations, sines, ns = (float(row[key]) for key in ("operations", "sines", "ns"))
+        for name, more in (("share", 0.0), ("share-sines", sines * OF_SINES[DOUBLE.name])):
+            yield f"{name}/{width}", 100 * (operations + more) * limits[f"double, {width}, unfused"] / ns
+
+
+def of_record(saved: Any, instructions: str) -> Named:
+    """Return nanoseconds of a state, by precision and vectors."""
+    kinds = {instructions: "the processor's vectors", "AVX2": "AVX2"}
+    named = {
+        f"record/{precision}/{kind}": saved[f"batch, {precision}, {name}"]
+        for precision in ("double", "single", "mixed")
+        for kind, name in kinds.items()
+    }
+    return {**named, "record/double/call": saved["call, double"]}
 
 
 def of_derivatives(saved: Any, instructions: str) -> Named:
@@ -93,6 +117,21 @@ def of_closed_chains(saved: Any, instructions: str) -> Named:
             key = f"SR400/direct/{name}"
             named[key] = max(row["ratio"], named.get(key, 0))
     return named
+
+
+def of_problems(saved: Any, _: str) -> Named:
+    """Return nanoseconds of ours and of Pinocchio with an error below 1e-12, and their ratio, by problem."""
+    named: Named = {}
+    for problem, name in PROBLEMS.items():
+        rows = [row for row in saved if row["problem"] == problem]
+        best = min((row for row in rows if not row["contestant"].startswith("Pinocchio")), key=lambda row: row["ns"])
+        start = f"problem/{name}"
+        named |= {f"{start}/ratio": best["ratio"], f"{start}/ns": best["ns"]}
+        named[f"{start}/Pinocchio-us"] = best["ns"] * best["ratio"] / 1000
+    return named
+
+
+PROBLEMS = {"Andrews' squeezer": "squeezer", "2 four-bars": "four-bars", "governor": "governor"}
 
 
 def of_python(saved: Any, instructions: str) -> Named:
@@ -121,7 +160,9 @@ RUNS = {
     "derivatives, AVX2": Measurement("derivatives", of_derivatives, AVX2_MARCH),
     "derivatives, AVX-512": Measurement("derivatives", of_derivatives),
     "closed_chains": Measurement("closed_chains", of_closed_chains),
+    "problems": Measurement("problems", of_problems),
     "python_calls": Measurement("python_calls", of_python, options=("--rounds", "150")),
+    "record": Measurement("record", of_record),
 }
 """Those of AVX-512 need a processor that has it."""
 
@@ -184,10 +225,35 @@ def conditions_table(_: Named) -> str:
     return "\n".join(rows) + "\n"
 
 
+def shares_table(named: Named) -> str:
+    """Return the parts of the processor's limit that batches reach, both models in a cell."""
+    heads = {f"{name}/{width}": f"{width}{more}" for width in ("AVX-512", "AVX2") for name, more in OF_SHARES.items()}
+    rows = [f"| | {' | '.join(heads.values())} |\n|{'---|' * 5}"]
+    for title, machine in MACHINES.items():
+        cells = (", ".join(f"{named[f'{machine}/{m}/{key}']:.0f} %" for m in ("inverse", "direct")) for key in heads)
+        rows.append(f"| {title}, inverse, direct | {' | '.join(cells)} |")
+    return "\n".join(rows) + "\n"
+
+
+OF_SHARES = {"share": "", "share-sines": ", with sines"}
+
+
+def record_table(named: Named) -> str:
+    """Return nanoseconds of a state by precision."""
+    precisions = ("double", "single", "mixed")
+    rows = [f"| | {' | '.join(precisions)} |\n|{'---|' * 4}"]
+    for kind, title in {"AVX-512": "batch, AVX-512", "AVX2": "batch, AVX2", "call": "single calls"}.items():
+        values = (named.get(f"record/{precision}/{kind}") for precision in precisions)
+        rows.append(f"| {title}, ns a state | {' | '.join(f'{x:.1f}' if x else '' for x in values)} |")
+    return "\n".join(rows) + "\n"
+
+
 TABLES: Mapping[str, Callable[[Named], str]] = {
     "python": python_table,
     "calls": calls_table,
     "conditions": conditions_table,
+    "shares": shares_table,
+    "record": record_table,
 }
 
 
