@@ -13,12 +13,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from docs.site.commands import command_pages
-from docs.site.gallery import gallery
-from docs.site.guides import guides
+from docs.site.commands import Pictured, command_pages
+from docs.site.gallery import SHOWN, gallery
+from docs.site.guides import MADE, guides
 from docs.site.tutorials import tutorials
 from symoro_elastic import __version__
 from symoro_elastic.pages.models_page import models_page
@@ -54,12 +54,28 @@ def build(out: Path, make: bool = True, more: str = "") -> None:
 
 def pages(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
     """Yield names and contents of all pages and pictures."""
+    drawn = [*(gallery(work / "gallery") if make else ())]
     yield from guides(work / "guides", make)
-    yield from command_pages()
+    yield from drawn
+    yield from command_pages(pictures([name for name, _ in drawn]) if make else {})
     yield "models.md", models_page()
     if make:
-        yield from gallery(work / "gallery")
         yield from tutorials(work / "tutorials")
+
+
+def pictures(drawn: Sequence[str]) -> dict[str, list[Pictured]]:
+    """Return pictures by the command that makes them: those of the gallery, of which names are given, and of guides."""
+    found: dict[str, list[Pictured]] = {}
+    for k, one in enumerate(SHOWN):
+        for path in drawn:
+            if path.startswith(f"gallery_files/{k}/"):
+                picture = Pictured(path, one.title, f"symoro-elastic {one.command}")
+                found.setdefault(one.command.split()[0], []).append(picture)
+    for guide in sorted((ROOT / "docs").glob("*.md")):
+        for command, name, title in MADE.findall(guide.read_text(encoding="utf-8")):
+            picture = Pictured(f"made/{guide.stem}/{name}", title, f"symoro-elastic {command}")
+            found.setdefault(command.split()[0], []).append(picture)
+    return found
 
 
 def complete(site: Path) -> None:

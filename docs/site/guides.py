@@ -39,7 +39,7 @@ def guides(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
             yield path.name, on_site(DRAWN.sub(partial(_shown, path.stem, pictures), shown))
     for path in (*(ROOT / "examples").glob("*.svg"), *(ROOT / "docs").glob("*.svg"), *(ROOT / "docs").glob("*.png")):
         yield path.name, path.read_bytes()
-    yield "print.css", (Path(__file__).parent / "print.css").read_bytes()
+    yield "site.css", (Path(__file__).parent / "site.css").read_bytes()
 
 
 def on_site(markdown: str) -> str:

@@ -117,11 +117,11 @@ def new(
 ) -> DescribedMachine:
     """Write a .toml file to start a machine from, and return the machine in it.
 
-    `kind` is "arm", "cartesian", "elastic" (a drive with a spring), "floating" (a flying base), "gantry", "linkage" (a
-    gear and a closed loop), "lathe", "mill" (slides on ball screws) or "scara"; `axes`, as "X Y Z", are slides instead,
-    from the frame to the tool, and `screws`, as "20mm", the pitch of elastic ball screws that drive them. Most have
-    limits, and drives whose gains `tune` finds. The machine has the name of the file. `full` adds all other tables and
-    keys as comments.
+    `kind` is "arm", "cartesian", "delta" (three limbs, closed loops), "elastic" (a drive with a spring), "floating" (a
+    flying base), "gantry", "linkage" (a gear and a closed loop), "lathe", "mill" (slides on ball screws) or "scara";
+    `axes`, as "X Y Z", are slides instead, from the frame to the tool, and `screws`, as "20mm", the pitch of elastic
+    ball screws that drive them. Most have limits, and drives whose gains `tune` finds. The machine has the name of the
+    file. `full` adds all other tables and keys as comments.
     `example` is the name of a machine that comes with the package, of which a copy is written: "two_axis", ...
     """
     among((kind,), [*STARTS], "--kind")

@@ -66,8 +66,9 @@ def _kinds() -> list[str]:
     "--kind",
     metavar="NAME",
     shell_complete=completed_from(_kinds),
-    help="Machine to start from: arm (default), cartesian, elastic (a drive with a spring), floating (a flying base), "
-    "gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball screws), scara.",
+    help="Machine to start from: arm (default), cartesian, delta (three limbs, closed loops), elastic (a drive with a "
+    "spring), floating (a flying base), gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball "
+    "screws), scara.",
 )
 @click.option("--axes", metavar="LIST", help='Slides instead of a kind, from the frame to the tool: "X Y Z".')
 @click.option("--screws", metavar="PITCH", help="An elastic ball screw behind each motor of --axes, as 20mm.")

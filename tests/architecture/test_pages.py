@@ -104,6 +104,13 @@ def test_tutorials_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         runpy.run_path(str(ROOT / "docs" / "tutorials" / f"{name}.py"))
 
 
+def test_the_program_of_the_readme_prints_what_it_shows(tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    programs = [run for run in runs((ROOT / "README.md").read_text(encoding="utf-8")) if run.language == "python"]
+    with beside_examples(tmp_path):
+        assert [differences(run.shown, output(run)) for run in programs] == [[]]
+
+
 @pytest.mark.thorough
 def test_the_first_command_of_the_readme_prints_what_it_shows(tmp_path: Path) -> None:
     """Its two parts, run here; the set-up is what continuous integration does."""

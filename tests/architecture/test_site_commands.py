@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import Path
 from xml.etree import ElementTree
@@ -9,6 +10,8 @@ from xml.etree import ElementTree
 import pytest
 
 from docs.site import gallery, guides
+from docs.site.commands import Pictured, command_pages
+from symoro_elastic.cli.listed import LISTED
 from tests.command_line import ended
 from tests.documented_pages import beside_examples, runs
 from tests.golden import ROOT
@@ -29,6 +32,17 @@ def commands() -> list[str]:
     every = dict.fromkeys([*(one.command for one in gallery.SHOWN), *OF_GUIDES])
     asked = {one: f"symoro-elastic {one.split(' --plots')[0]}" for one in every}
     return [one for one, words in asked.items() if not any(line.startswith(words) for line in RUN_WITH_PAGES)]
+
+
+def test_every_page_of_a_command_has_an_example_and_no_stray_markup() -> None:
+    pages = dict(command_pages())
+    assert len(pages) == len(LISTED) + 1
+    for name, page in pages.items():
+        assert "\\" not in page and ("## Example" in page or name == "commands.md"), name
+        for guide in re.findall(r"^More in \[[^\]]+\]\(\.\./(\w+)\.md\)", page, re.MULTILINE):
+            assert guide in GUIDES
+    made = Pictured("made/drives/lobes.svg", "Stable cutting", "symoro-elastic lobes m.toml")
+    assert "](../made/drives/lobes.svg)" in dict(command_pages({"lobes": [made]}))["commands/lobes.md"]
 
 
 def test_every_picture_that_a_guide_names_is_one() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import statistics
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 BUILD = Path(__file__).parents[2] / "build" / "benchmarks"
+MARCH = f"-march={os.environ.get('BENCHMARK_MARCH', 'native')}"
+"""Processor that everything is compiled for, ours and peers: `x86-64-v3` is AVX2 on a processor with AVX-512."""
 ROUND_NS = 2e5
 LINE = 64
 """Bytes of a cache line, and of the widest vector."""

@@ -16,10 +16,10 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.symbolic.program import OperationCount
-from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, timed_batch
+from tests.benchmarks.contest import MARCH, Array, Contestant, compiled, entry, timed, timed_batch
 
 FAST = ("-O3", "-fPIC", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
-NATIVE = ("-march=native",)
+NATIVE = (MARCH,)
 AVX512 = NATIVE
 PAIRS = (*AVX512, "-DVECTOR_BYTES=128")
 """Two vectors side by side."""

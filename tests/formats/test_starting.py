@@ -46,7 +46,9 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
     joint, motor = machine.joints[0].name, machine.motor_joints[0].name
     massive = next(one.name for one in machine.joints if not one.body.mass.is_zero)
     springs = [f'"{machine.joint(j).name}"' for j in machine.elastic]
+    independent = machine.joints[machine.independent[0] - 1].name
     names = {
+        "start = { motor_x": f"start = {{ {independent}",
         "elbow.mass": f"{massive}.mass",
         "joint_name": joint,
         '"pin"': f'"{joint}"',
@@ -62,6 +64,15 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
         for name, own in {**names, "L2": machine.parameters[0].name}.items():
             active = active.replace(name, own)
         assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != machine
+
+
+def test_the_limbs_of_a_delta_are_equal() -> None:
+    """Two modes at one frequency, and drives with equal gains."""
+    machine = toml.read(starting_text("machine", "delta"), "machine.toml")
+    modes = se.modes(machine, hold=["all"])
+    assert len(modes.frequencies) == 3 and modes.frequencies[0] == pytest.approx(modes.frequencies[1], rel=1e-9)
+    gains = [(drive["Kp"], drive["Kv"]) for drive in se.control(machine).as_json()["drives"]]
+    assert len(gains) == 3 and gains[1:] == [pytest.approx(gains[0], rel=1e-3)] * 2
 
 
 @pytest.mark.parametrize(("axes", "screws"), [("X Y Z", "20mm"), ("zx", ""), ("Y", "1/3"), ("y, z", "0.01")])

@@ -1,4 +1,4 @@
-"""The journey: its stages in the order of the README's figure, each stretch of it written once."""
+"""The journey: its stages in the order of the figure of CONTRIBUTING.md, each stretch of it written once."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_the_figure_shows_the_stages() -> None:
     figure = (ROOT / "examples" / "journey.svg").read_text(encoding="utf-8")
     assert re.findall(r'font-weight="bold"[^>]*>(\w+)<', figure) == STAGES
     assert f'aria-label="{", ".join(STAGES)}"' in figure
-    assert f"![{', '.join(STAGES)}](examples/journey.svg)" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"![{', '.join(STAGES)}](examples/journey.svg)" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.thorough

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import groupby
 from typing import Any
@@ -299,19 +300,24 @@ declare(
 )
 
 
+def _tolerance_text(error: float, form: str = ".3g") -> str:
+    """Text of a torque error; a motor whose torque moves no output may have any."""
+    return "any" if math.isinf(error) else f"{error:{form}}"
+
+
 declare(ProcessorCosts, Field("processor"), Field("precision"), Field("torques"), Field("step"))
 PREDICTED = str(Evidence.PREDICTED)
 declare(
     TorqueTolerance,
     Field("motor", head="torque accuracy of"),
-    Field("any", head="any course", form=".3g"),
-    Field("share", head="all motors at once", form=".3g"),
-    Field("constant", head="constant", form=".3g"),
-    Field("sinusoid", head="worst sinusoid", form=".3g"),
-    Field("frequency", head="at", text=lambda x: quantity(x.frequency, "Hz")),
+    Field("any", head="any course", text=lambda x: _tolerance_text(x.any)),
+    Field("share", head="all motors at once", text=lambda x: _tolerance_text(x.share)),
+    Field("constant", head="constant", text=lambda x: _tolerance_text(x.constant)),
+    Field("sinusoid", head="worst sinusoid", text=lambda x: _tolerance_text(x.sinusoid)),
+    Field("frequency", head="at", text=lambda x: "" if math.isinf(x.any) else quantity(x.frequency, "Hz")),
     Field("largest", head="largest torque", form=".3g"),
-    Field("relative", head="of it", text=lambda x: f"{x.relative:.2%}"),
-    Field("output", head="limited by"),
+    Field("relative", head="of it", text=lambda x: _tolerance_text(x.relative, ".2%")),
+    Field("output", head="limited by", text=lambda x: "" if math.isinf(x.any) else x.output),
 )
 
 
@@ -402,7 +408,9 @@ def _sentences(result: Reduced) -> list[str]:
     if result.feed_forward:
         units = {x.name: "N m" if x.sigma == 0 else "N" for x in result.machine.motor_joints}
         needed = ", ".join(
-            f"{x.motor} {x.share:.3g} {units[x.motor]} ({x.relative:.2%})" for x in result.feed_forward.tolerances
+            f"{x.motor} {x.share:.3g} {units[x.motor]} ({x.relative:.2%})"
+            for x in result.feed_forward.tolerances
+            if not math.isinf(x.share)
         )
         sentences.append(f"{within}: torques of all motors may be wrong by {needed}")
         sentences.append(f"feed-forward: {_advice_on_torques(result, result.feed_forward)}")

@@ -380,7 +380,7 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
             raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
         drive = cascade_of(joints[name], by_motor[name], motion.parameters, machine.label)
         if drive.tuned_gains:
-            what = f'{name}: {", ".join(drive.tuned_gains)} "tuned" is not known yet: find it by control --save'
+            what = f'{name}: {", ".join(drive.tuned_gains)} "tuned": find values by symoro-elastic tune MACHINE'
             raise machine.error("drives", what)
         yield drive
 

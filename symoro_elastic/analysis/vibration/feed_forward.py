@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.time_series.writing import write_columns
+from symoro_elastic.analysis.vibration.beyond_limits import Beyond, beyond_limits
 from symoro_elastic.analysis.vibration.driven_joints import MotionOfMotors, of_motors, with_motors_on_load_joints
 from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import modes
@@ -21,6 +22,7 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
+from symoro_elastic.machine.limits import TORQUE
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.restrict import restrict
@@ -107,6 +109,15 @@ class FeedForward(Result):
     def velocities(self) -> Array:
         """Velocities (N, m) of the motors."""
         return self.at_motors(self.qd) if self.following is None else self.following.xd
+
+    @property
+    def beyond(self) -> tuple[Beyond, ...]:
+        """Exceeded limits of independent joints and of motor torques."""
+        names = [joint.name for joint in self.machine.independent_joints]
+        motion = {"position": self.q, "velocity": self.qd}
+        by_quantity = {quantity: dict(zip(names, block.T, strict=True)) for quantity, block in motion.items()}
+        torques = dict(zip(self.motors, self.tau.T, strict=True))
+        return beyond_limits(self.machine, self.t, {**by_quantity, TORQUE: torques})
 
 
 def orders(machine: Machine) -> dict[str, int]:

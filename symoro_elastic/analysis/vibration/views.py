@@ -448,7 +448,7 @@ declare(
 def _(command: FeedForward) -> Sequence[Part]:
     """Return the table of motors, the samples, and notes."""
     samples = f"{command.t[-1] - command.t[0]:.6g} s, {len(command.t)} samples"
-    return [feed_forward_table(command), samples, *notes(command)]
+    return [feed_forward_table(command), samples, *map(str, command.beyond), *notes(command)]
 
 
 def feed_forward_table(command: FeedForward) -> Table:
@@ -494,7 +494,7 @@ def _(command: FeedForward) -> dict[str, Any]:
     return {
         "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
         "motors": motors, **({"joints": joints} if joints else {}),
-        "left_out": plain(command.left_out), "notes": notes(command),
+        "left_out": plain(command.left_out), "beyond_limits": plain(command.beyond), "notes": notes(command),
     }  # fmt: skip
 
 

@@ -281,8 +281,64 @@ ram         = { rotor_inertia = 8e-4, ratio = "2*pi/0.01" }
 """,
     },
 )
+LIMB = """
+  {{ name = "side_{k}", antecedent = 0, kind = "fixed", sigma = 2, gamma = "{g}", d = "Rb" }},
+  {{ name = "motor_{k}", kind = "motor", sigma = 0, alpha = "pi/2", theta = "a{k}" }},
+  {{ name = "arm_{k}", kind = "elastic", sigma = 0, theta = "e{k}" }},
+  {{ name = "cross_{k}", kind = "passive", sigma = 0, d = "La", theta = "b{k}" }},
+  {{ name = "rod_{k}", kind = "passive", sigma = 0, alpha = "pi/2", theta = "c{k}" }},
+  {{ name = "ball_{k}", kind = "cut", sigma = 2, d = "Lr" }},
+  {{ name = "socket_{k}", antecedent = "platform", kind = "fixed", sigma = 2, gamma = "{g}", d = "Rp" }},
+"""
+LIMB_LOOP = """
+[loops.limb_{k}]
+cut = "ball_{k}"
+meets = "socket_{k}"
+closes = "point"
+dependent = ["a{k}", "b{k}", "c{k}"]
+start = {{ pz = -0.75, a{k} = -0.45, b{k} = -1.71 }}
+"""
+LIMB_BODIES = """
+arm_{k} = {{ mass = 1.2, center_of_mass = [0.12, 0, 0], inertia = [0.002, 0.01, 0.01] }}
+rod_{k} = {{ mass = 0.35, center_of_mass = [0.375, 0, 0], inertia = [0.0004, 0.02, 0.02] }}
+"""
+
+
+def _of_limbs(lines: str) -> str:
+    """Lines of a limb, for three limbs a third of a turn apart."""
+    turns = ("0", "2*pi/3", "4*pi/3")
+    return "\n".join(lines.strip("\n").format(k=k, g=turn) for k, turn in enumerate(turns, 1))
+
+
+DELTA = Start(
+    "a Delta: a platform on three equal limbs, whose motors turn arms through elastic gears",
+    f"""
+  {{ name = "along_x", antecedent = 0, kind = "passive", sigma = 1, gamma = "pi/2", alpha = "pi/2", r = "px" }},
+  {{ name = "along_y", kind = "passive", sigma = 1, gamma = "pi/2", alpha = "pi/2", r = "py" }},
+  {{ name = "platform", kind = "passive", sigma = 1, gamma = "pi/2", alpha = "pi/2", r = "pz" }},
+{_of_limbs(LIMB)}
+  {{ name = "tool", antecedent = "platform", kind = "fixed", sigma = 2, r = "-Lt" }},
+""",
+    {
+        "loops": _of_limbs(LIMB_LOOP),
+        "parameters": """
+Rb = { value = 0.2, unit = "m" }
+La = { value = 0.3, unit = "m" }
+Lr = { value = 0.75, unit = "m" }
+Rp = { value = 0.05, unit = "m" }
+Lt = { value = 0.05, unit = "m" }
+""",
+        "bodies": "platform = { mass = 0.9, center_of_mass = [0, 0, -0.02], inertia = [0.0013, 0.0013, 0.0018] }\n"
+        + _of_limbs(LIMB_BODIES),
+        "springs": _of_limbs("arm_{k} = {{ stiffness = 2e4, damping = 20 }}"),
+        "motors": _of_limbs("motor_{k} = {{ rotor_inertia = 3e-5, ratio = 33 }}"),
+        "friction": _of_limbs("motor_{k} = {{ viscous = 2 }}"),
+        OF_LIMITS: _of_limbs("motor_{k} = {{ position = [-1.2, 0.4], velocity = 10, acceleration = 300 }}"),
+        OF_MOTORS: _of_limbs(f"motor_{{k}} = {{{{ {TUNED.replace('{', '{{').replace('}', '}}')} }}}}"),
+    },
+)
 STARTS = {
-    **{"arm": with_drives(ARM), "cartesian": start_of_axes("X Y Z"), "elastic": with_drives(ELASTIC)},
+    **{"arm": with_drives(ARM), "cartesian": start_of_axes("X Y Z"), "delta": DELTA, "elastic": with_drives(ELASTIC)},
     **{"floating": FLOATING, "gantry": with_drives(GANTRY), "linkage": LINKAGE, "scara": with_drives(SCARA)},
     **{name: start_of_axes(axes, "20mm") for name, axes in (("lathe", "Z X"), ("mill", "X Y Z"))},
 }

@@ -48,7 +48,7 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
             raise machine.error(f"drives, {name}", "is missing: controllers are written of all motors together")
         drive = configured[name]
         if missing := [key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED]:
-            what = f'"{TUNED}" is not known yet: find it by control --save'
+            what = f'"{TUNED}" has no value yet: find it by symoro-elastic tune MACHINE'
             raise machine.error(f"drives, {name}, {', '.join(missing)}", what)
         if drive.period is None:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"

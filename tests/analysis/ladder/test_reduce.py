@@ -213,3 +213,14 @@ def test_what_nothing_controls_has_no_feed_forward() -> None:
         se.reduce(TWO_AXIS, scene)
     with pytest.raises(InputError, match="leave out within"):
         se.reduce(TWO_AXIS, scene | {"scene": {"within": "1 %"}}, to={"tool.x": 1e-5})
+
+
+def test_a_motor_that_moves_no_output_may_have_any_error(tmp_path: Path) -> None:
+    scene = tmp_path / "move.toml"
+    move = '[motion]\nduration = 0.3\nmoves = [ { motor = "x_axis", by = 0.05, in = 0.2 } ]\ndrives = true\n'
+    scene.write_text(move + '[wanted]\ntolerance = { "tool.x" = "20 um" }\nperiod = 1e-3\n')
+    se.new(tmp_path / "slides.toml", axes="X Z", screws="20mm")
+    run("tune", tmp_path / "slides.toml", "--save", tmp_path / "tuned.toml")
+    done = run("reduce", tmp_path / "tuned.toml", "--scene", scene, "--for", "feed-forward", "--to", "tool.x=20um")
+    (row,) = (line.split() for line in done.output.splitlines() if line.split()[:1] == ["z_axis"])
+    assert row == ["z_axis", *["any"] * 4, row[-2], "any"] and "inf" not in done.output.split()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.analysis.vibration.feed_forward import feed_forward, lagging, notes, orders
 from symoro_elastic.analysis.vibration.reference_trajectory import move
+from symoro_elastic.formats.toml.starting import starting_text
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
@@ -132,3 +135,14 @@ def test_what_a_spring_left_out_costs() -> None:
     assert found.left_out.frequency == pytest.approx(np.sqrt(1e6 / 15) / (2 * np.pi), rel=1e-9)
     said = notes(found)[0]
     assert said.startswith("no motor controls these springs, so they are held") and "from 41.09 Hz" in said
+
+
+def test_limits_that_a_motion_exceeds_are_named(tmp_path: Path) -> None:
+    """As `simulate` names them; the default move of a stiff arm lasts five of its periods."""
+    path = tmp_path / "elastic.toml"
+    text = starting_text("elastic", "elastic")
+    path.write_text(text.replace("acceleration = 15", "acceleration = 15, torque = 100"))
+    slow, fast = (se.feed_forward(path, strokes=0.1, duration=duration) for duration in (5.0, 0.05))
+    assert slow.beyond == () and slow.as_json()["beyond_limits"] == []
+    assert [(one.joint, one.quantity) for one in fast.beyond] == [("drive", "velocity"), ("drive", "torque")]
+    assert str(fast.beyond[1]) in fast.parts() and fast.beyond[1].value == pytest.approx(np.abs(fast.tau).max())

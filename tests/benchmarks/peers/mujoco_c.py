@@ -15,7 +15,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.benchmarks.contest import Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.contest import MARCH, Array, Contestant, compiled, entry, keeping_results
 from tests.references.numbers_of_machine import JointNumbers
 from tests.references.pinocchio_model import model_of
 
@@ -30,7 +30,7 @@ def library() -> ctypes.CDLL:
     assert found and found.submodule_search_locations
     folder = Path(next(iter(found.submodule_search_locations)))
     shipped = next(folder.glob("libmujoco.so*"))
-    command = ["gcc", "-O3", "-march=native", "-fPIC", "-shared", f"-isystem{folder / 'include'}"]
+    command = ["gcc", "-O3", MARCH, "-fPIC", "-shared", f"-isystem{folder / 'include'}"]
     source = {"mujoco_c.c": (HERE / "mujoco_c.c").read_text(encoding="utf-8")}
     return ctypes.CDLL(str(compiled(command, source, [str(shipped), f"-Wl,-rpath,{folder}"])))
 

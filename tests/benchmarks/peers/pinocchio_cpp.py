@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.benchmarks.contest import BUILD, Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.contest import BUILD, MARCH, Array, Contestant, compiled, entry, keeping_results
 from tests.benchmarks.peers.headers import eigen, shipped
 from tests.references.pinocchio_model import model_of
 
@@ -52,8 +52,8 @@ def compilers() -> tuple[str, ...]:
 
 @cache
 def library(compiler: str, name: str) -> ctypes.CDLL:
-    """Compiled with -O3 -march=native, templates instantiated here: no slower than the shipped library."""
-    command = [compiler, "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared", *headers()]
+    """Compiled with -O3 and `MARCH`, templates instantiated here: no slower than the shipped library."""
+    command = [compiler, "-O3", MARCH, "-DNDEBUG", "-fPIC", "-shared", *headers()]
     return ctypes.CDLL(str(compiled(command, sources(name))))
 
 

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from docs.site.moving_picture import moving_picture
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.picture_files import write_picture
@@ -115,10 +116,22 @@ def test_the_hull_holds_all_points() -> None:
 # Files
 
 
-def test_the_picture_of_the_readme_is_that_of_the_machine() -> None:
+def test_the_picture_of_the_start_page_is_that_of_the_machine() -> None:
     """Accept another one by `symoro-elastic show examples/gantry.toml --picture examples/gantry.svg --force`."""
     assert svg(picture("gantry.toml")) == (EXAMPLES / "gantry.svg").read_text(encoding="utf-8")
-    assert "examples/gantry.svg" in (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    assert "examples/gantry.svg" in (EXAMPLES.parent / "docs" / "index.md").read_text(encoding="utf-8")
+
+
+def test_the_moving_picture_of_the_readme_shows_a_cycle() -> None:
+    """Frames that are shown one at a time; written by `python -m docs.site.moving_picture`."""
+    pytest.importorskip("scipy")
+    text = (EXAMPLES / "gantry_mode.svg").read_text(encoding="utf-8")
+    made = ElementTree.fromstring(moving_picture(machine("gantry.toml"), 4))
+    for root in (ElementTree.fromstring(text), made):
+        values = [turn.attrib["values"].split(";") for turn in root.iter(f"{SVG}animate")]
+        assert len(values) == 9 and all(column.count("inline") == 1 for column in zip(*values, strict=True))
+    assert len(text) < 150_000
+    assert "examples/gantry_mode.svg" in (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_show_draws_the_machine_at_a_position(tmp_path: Path) -> None:
