@@ -176,6 +176,7 @@ def _solid(solid: Solid) -> dict[str, Any]:
         "shape": solid.shape,
         "at": at,
         "size": round_significant(list(solid.size)),
+        "outlined": solid.outlined,
     }
 
 

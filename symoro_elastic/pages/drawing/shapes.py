@@ -11,17 +11,18 @@ from symoro_elastic.foundation.array_types import Array
 
 
 class Shape(StrEnum):
-    """Shape of a solid: a box with edges along x, y, z, or a cylinder about z."""
+    """Shape of a solid: a box with edges along x, y, z, a cylinder about z, or a ball."""
 
     BOX = "box"
     CYLINDER = "cylinder"
+    BALL = "ball"
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A box or a cylinder fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
+    """A box, a cylinder or a ball fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
 
-    `role` is its meaning, which determines its colour.
+    `role` is its meaning, which determines its colour; the faces of an `outlined` one are transparent.
     """
 
     frame: int
@@ -29,6 +30,7 @@ class Solid:
     shape: Shape
     placement: Array
     size: tuple[float, float, float]
+    outlined: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,11 @@ def inverse(T: Array) -> Array:
     """Return the inverse of a placement (4, 4)."""
     R = T[:3, :3].T
     return placement(-R @ T[:3, 3], R)
+
+
+def transform(T: Array, points: Array) -> Array:
+    """Return points (N, 3) of a frame with the placement T (4, 4) in the frame that this refers to."""
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3])
 
 
 def axes_along(z: Array) -> Array:

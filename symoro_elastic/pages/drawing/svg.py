@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT
-from symoro_elastic.pages.drawing.projection import Drawn, Projection, view_of
+from symoro_elastic.pages.drawing.projection import OUTLINE, Drawn, Projection, view_of
 
 HEIGHT, GAP = 15.0, 4.0
 """Of a line of text, and around it, px."""
@@ -42,7 +42,7 @@ LEGEND = {
     "passive": "passive joint",
     "coupled": "coupled joint",
     "cut": "cut joint of a loop",
-    BODY: "body of equal inertia",
+    BODY: "body (box of equal inertia, or ball)",
 }
 
 
@@ -95,7 +95,6 @@ def svg(picture: Picture, dark: bool = True) -> str:
     It follows the colours that a reader prefers; without `dark` it is for light paper only.
     """
     left, top, right, bottom = picture.box
-    paper = tuple(_text(x) for x in (left, top, right - left, bottom - top))
     legend = _legend(picture.legend, left, right, bottom)
     remarks = picture.figure.remarks
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
@@ -104,7 +103,6 @@ def svg(picture: Picture, dark: bool = True) -> str:
         title=escape(f"Machine {picture.figure.title}: {joint_counts(picture.figure)}"),
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
-        paper=paper,
         light=_style(picture, dark=False),
         dark=_style(picture, dark=True) if dark else [],
         shapes=[_shape(part) for part in picture.drawn],
@@ -174,7 +172,8 @@ def _style(picture: Picture, dark: bool) -> list[str]:
     rules = [f".label {{ fill: {palette.ink}; stroke: {palette.paper} }}", f".dot {{ fill: {palette.ink} }}"]
     rules += [f".leader {{ stroke: {palette.faint} }}", f".note {{ fill: {palette.faint} }}"]
     used = sorted({(part.role, part.shade) for part in picture.drawn if part.closed})
-    rules += [f".{role}.s{shade} {{ fill: {palette.shade(role, shade)} }}" for role, shade in used]
+    fills = {(role, shade): "none" if shade == OUTLINE else palette.shade(role, shade) for role, shade in used}
+    rules += [f".{role}.s{shade} {{ fill: {fill} }}" for (role, shade), fill in fills.items()]
     for role in sorted({part.role for part in picture.drawn}):
         lines = palette.roles[role]
         rules += [f".{role} {{ stroke: {palette.outline(role)} }}", f".{role}.line {{ stroke: {lines} }}"]

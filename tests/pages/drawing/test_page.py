@@ -138,15 +138,6 @@ def test_a_mode_says_which_frame_moves_most_and_how_far() -> None:
         assert moved[names.index(mode["most"]["frame"])] == pytest.approx(moved.max(), rel=1e-7)
 
 
-def test_a_long_bed_hides_no_machine() -> None:
-    """The bed of the two-axis machine is a box of 2.5 m; its frames, within 0.9 m, fill more than half of the room."""
-    found = shown("two_axis.toml").figure
-    origins = np.ptp(found.reference[:, :3, 3], axis=0)
-    assert np.linalg.norm(origins) > 0.5 * np.linalg.norm(np.ptp(found.room, axis=0))
-    assert max(max(solid.size) for solid in found.solids) > 2 * np.linalg.norm(origins)
-    np.testing.assert_allclose(data(page("two_axis.toml"))["room"], found.room, rtol=1e-7)
-
-
 def test_texts_are_read_on_light_and_dark_paper() -> None:
     """Contrast of WCAG 2.2, level AA: 4.5 for texts."""
     css = (template_folder() / "view" / "page.css").read_text(encoding="utf-8")
