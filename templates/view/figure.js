@@ -94,6 +94,7 @@ class MachineFigure {
     this.layers = { bodies: [], axes: [], meshes: [] };
     this.tubes = [];
     this.joints = new Set();
+    this.solids = data.solids.filter((solid) => solid.role !== "base");
     for (const solid of data.solids) this._add(solid);
     for (const mesh of data.meshes) this._cover(mesh);
     for (const wire of data.wires) this._thread(wire, data.unit);
@@ -136,6 +137,18 @@ class MachineFigure {
     tube.mesh.renderOrder = IN_FRONT;
     if (axis) this.layers.axes.push(tube.mesh);
     else this.joints.add(tube.mesh) && this.tubes.push(tube);
+  }
+
+  // Outlines of the solids at the placements of the reference.
+  ghost() {
+    const group = new THREE.Group();
+    for (const solid of this.solids) {
+      const lines = new THREE.LineSegments(new THREE.EdgesGeometry(geometryOf(solid), 30), this.painted.ghost());
+      lines.matrixAutoUpdate = false;
+      lines.matrix.set(...product(this.frames.reference[solid.frame], solid.at));
+      group.add(lines);
+    }
+    return group;
   }
 
   // Grey the springs that store little of the strain energy [name, share] of a mode; none without one.

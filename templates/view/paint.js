@@ -31,6 +31,10 @@ class Painted {
     return this._kept("faint grid", () => new THREE.LineBasicMaterial({ transparent: true, opacity: 0.28, depthWrite: false }));
   }
 
+  ghost() {
+    return this._kept("fill ghost", () => new THREE.LineBasicMaterial({ transparent: true, depthWrite: false }));
+  }
+
   measure() {
     return this._kept("ink measure", () => new THREE.LineBasicMaterial({ transparent: true, depthTest: false }));
   }

@@ -1,7 +1,7 @@
 "use strict";
 // The space in which the machine stands: light, paths, and the names in front of it.
 
-const PATH = 0.07;  // radius of a path, units
+const PATH = 0.1;  // radius of a path, units
 const MOST_OF_A_JOINT = 60;  // px from a frame to its name
 
 class Stage {
@@ -13,13 +13,14 @@ class Stage {
     this.painted = new Painted(data);
     this.figure = new MachineFigure(data, frames, this.painted);
     this.paths = new THREE.Group();
+    this.ghost = Object.assign(this.figure.ghost(), { visible: false });
     this.eye = new Eye(data, canvas, () => this._corners(), () => this.request());
     const light = new THREE.DirectionalLight(0xffffff, 1.5);
     light.position.set(-0.5, 1, 1.2);
     this.eye.camera.add(light);
     this.ground = data.stands ? new Ground(data, this.figure, this.painted) : null;
     this.ruler = new Ruler(this.figure, this.painted);
-    this.space.add(...this.figure.groups, this.paths, this.ruler.line, ...(this.ground ? [this.ground.group] : []), this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
+    this.space.add(...this.figure.groups, this.paths, this.ghost, this.ruler.line, ...(this.ground ? [this.ground.group] : []), this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
     this.labels = new Labels(labels, data.marks);
     this.named = !data.crowded;
     this.painted.dark.addEventListener("change", () => this.repaint());
@@ -113,6 +114,7 @@ class Stage {
   // Draw lines through points in frame 0, each of a role; `owner` is whose they are.
   trace(lines, owner = null) {
     this.traced = owner;
+    this.ghost.visible = lines.some(({ role }) => role === "arrow");
     for (const old of this.paths.children) old.geometry.dispose();
     this.paths.clear();
     const radius = PATH * this.data.unit;

@@ -10,6 +10,7 @@ import numpy as np
 
 from symoro_elastic.analysis.time_series.plots import MOST_IN_ROWS, over_time, torque_speed
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
+from symoro_elastic.analysis.vibration.drawn_modes import mode_pictures
 from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
 from symoro_elastic.analysis.vibration.linearization import Linearization
@@ -53,8 +54,8 @@ def _(response: Response) -> dict[str, Plot | str]:
 
 @figures_of.register
 def _(modal: Modes) -> dict[str, Plot | str]:
-    """Return shapes and energies."""
-    return {"shapes": shapes(modal), "energies": energies(modal)}
+    """Return shapes, energies, and pictures of the modes."""
+    return {"shapes": shapes(modal), "energies": energies(modal), "pictures": mode_pictures(modal)}
 
 
 @figures_of.register

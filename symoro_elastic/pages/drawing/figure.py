@@ -21,6 +21,7 @@ from symoro_elastic.machine.machine import Body, Joint, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.bound.state import State, closing_models
+from symoro_elastic.models.bound.viewing import number_or_nan, upward
 from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.evaluation.closed_positions import drawn_values, with_dependent
@@ -155,14 +156,6 @@ def _remarks(placements: Placements, boxes: Mapping[int, Box], giants: Sequence[
         yield f"more than {MOST_NAMED} frames: names are left out"
 
 
-def upward(machine: Machine, values: Mapping[str, float]) -> Array:
-    """Return the direction (3,) against gravity; z without gravity, and an axis whose gravity has no value."""
-    gravity = np.array([_number(x, values) for x in machine.base.gravity])
-    unknown = np.isnan(gravity)
-    size = 0.0 if unknown.any() else float(np.linalg.norm(gravity))
-    return np.asarray(0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2])
-
-
 def _enumerate_joints(machine: Machine) -> Iterator[tuple[int, Joint]]:
     return enumerate(machine.joints, start=1)
 
@@ -234,7 +227,7 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
     The edges a, b, c fulfil I_x = m (b^2 + c^2) / 12 and so on about the principal axes. A tensor without value counts
     as 0.
     """
-    mass, *further = (_number(cell, values) for cell in (body.mass, *body.moments, *body.inertia))
+    mass, *further = (number_or_nan(cell, values) for cell in (body.mass, *body.moments, *body.inertia))
     if not all(cell.names <= values.keys() for cell in body.inertia):
         further[3:] = [0.0] * 6
     if not (mass > 0 and np.isfinite(further).all()):
@@ -251,14 +244,6 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
     if squares.min() < -ROUNDING * float(np.abs(squares).max()):
         squares = np.zeros(3)
     return Box(placement, np.sqrt(np.maximum(squares, 0.0)), mass)
-
-
-def _number(formula: Formula, values: Mapping[str, float]) -> float:
-    """The value of a formula; NaN without one."""
-    try:
-        return formula.value(values) if formula.names <= values.keys() else math.nan
-    except (ArithmeticError, ValueError):
-        return math.nan
 
 
 def _about_centre(body: Body, mass: float, moments: Array) -> tuple[Array, Array]:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.models.bound.viewing import view_axes
 from symoro_elastic.pages.drawing.figure import BODY, CORNERS, Figure
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip, transform
 
-AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
-"""Of the eye, from the front of the machine towards its right, and above the horizon."""
 ROUND = 24
 CIRCLE = np.array([[np.cos(2 * np.pi * k / ROUND), np.sin(2 * np.pi * k / ROUND), 0.0] for k in range(ROUND)])
 """Corners of a circle, of radius 1."""
@@ -23,6 +22,7 @@ LIGHT_FROM = np.array([-0.35, 0.75, 0.55])
 LIT, DARK = 0.62, 0.15
 OUTLINE = 3
 """The shade of a transparent area."""
+GHOST, ARROW = "ghost", "arrow"
 LAYERS = {"base": 0, BODY: 1}
 """What is drawn first, so that joints are seen through bodies."""
 FACES = (
@@ -69,10 +69,15 @@ class Projection:
         parts = [part for shape in self.figure.shapes for part in self._project(shape)]
         return sorted(parts, key=lambda part: (part.layer, round(part.near, 9)))
 
-    @cached_property
-    def outline(self) -> Array:
-        """Points (N, 2) m around a picture: those of all shapes."""
-        return np.concatenate([part.points for part in self.back_to_front])
+    @property
+    def ghost(self) -> list[Drawn]:
+        """Outlines of the solids but the base."""
+        solids = (part for part in self.back_to_front if part.closed and part.role != "base")
+        return [replace(part, role=GHOST, shade=OUTLINE) for part in solids]
+
+    def arrow(self, line: Array) -> Drawn:
+        """Return a line of an arrow, (N, 3) m in frame 0."""
+        return Drawn(ARROW, self.view.of(line)[:, :2], False)
 
     def anchors(self) -> Array:
         """Return the origins of named frames on paper, (N, 2) m."""
@@ -122,16 +127,8 @@ class Projection:
 
 
 def view_of(figure: Figure) -> View:
-    """Return the view from the front, from the right and from above: x to the right as far as up allows."""
-    up = figure.up
-    across = np.eye(3)[int(abs(up[0]) > 0.9)]
-    right = across - up * float(across @ up)
-    right = right / np.linalg.norm(right)
-    back = np.cross(up, right)
-    eye = np.cos(ELEVATION) * (np.sin(AZIMUTH) * right - np.cos(AZIMUTH) * back) + np.sin(ELEVATION) * up
-    aside = np.cross(up, eye)
-    aside = aside / np.linalg.norm(aside)
-    return View(np.stack([aside, np.cross(eye, aside), eye]))
+    """Return the view of pictures: from the front, from the right and from above."""
+    return View(view_axes(figure.up))
 
 
 def _shade(normal: Array) -> int:

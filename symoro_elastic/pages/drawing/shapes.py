@@ -9,6 +9,9 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 
+HEAD = 0.3
+"""Of an arrow's length: that of its head, which is as wide."""
+
 
 class Shape(StrEnum):
     """Shape of a solid: a box with edges along x, y, z, a cylinder about z, or a ball."""
@@ -54,6 +57,14 @@ def placement(x: Array, R: Array | None = None) -> Array:
     if R is not None:
         T[:3, :3] = R
     return T
+
+
+def arrow(start: Array, way: Array) -> list[Array]:
+    """Return the lines (2 or 3, 3) of an arrow along a vector (3,) other than zero: its shaft and pairs of barbs."""
+    tip, length, axes = start + way, float(np.linalg.norm(way)), axes_along(way)
+    back = tip - HEAD * length * axes[:, 2]
+    barbs = [[back + sense * HEAD / 2 * length * axes[:, k] for sense in (1, -1)] for k in (0, 1)]
+    return [np.stack([start, tip]), *(np.stack([one, tip, other]) for one, other in barbs)]
 
 
 def inverse(T: Array) -> Array:

@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT
-from symoro_elastic.pages.drawing.projection import OUTLINE, Drawn, Projection, view_of
+from symoro_elastic.pages.drawing.projection import GHOST, OUTLINE, Drawn, Projection, view_of
 
 HEIGHT, GAP = 15.0, 4.0
 """Of a line of text, and around it, px."""
@@ -61,18 +61,25 @@ class Picture:
         return legend_of({part.role for part in self.drawn})
 
 
-def picture_of(figure: Figure, T: Array | None = None) -> Picture:
-    """Return the picture of a machine with frames at placements T (1 + rows, 4, 4), by default the figure's."""
+def picture_of(figure: Figure, T: Array | None = None, arrows: Sequence[Array] = ()) -> Picture:
+    """Return the picture of a machine with frames at placements T (1 + rows, 4, 4), by default the figure's.
+
+    With lines (N, 3) of `arrows`, m, in frame 0, outlines of the figure at its own placements are a ghost behind it.
+    """
     projection = Projection(figure, figure.reference if T is None else T, view_of(figure))
-    low, spread = projection.outline.min(axis=0), np.ptp(projection.outline, axis=0)
+    drawn = projection.back_to_front
+    if arrows:
+        drawn = [*replace(projection, T=figure.reference).ghost, *drawn, *map(projection.arrow, arrows)]
+    outline = np.concatenate([part.points for part in drawn])
+    low, spread = outline.min(axis=0), np.ptp(outline, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
-    parts = [replace(part, points=(part.points - low) * scale) for part in projection.back_to_front]
-    obstacles = [part.points for part in parts if part.role not in (BODY, "base", *AXES)]
+    parts = [replace(part, points=(part.points - low) * scale) for part in drawn]
+    obstacles = [part.points for part in parts if part.role not in (BODY, "base", GHOST, *AXES)]
     boxes = np.array([[*points.min(axis=0), *points.max(axis=0)] for points in obstacles])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
     labels = place_labels(names, anchors, boxes.reshape(-1, 4))
-    return Picture(parts, labels, _edges((projection.outline - low) * scale, labels), figure)
+    return Picture(parts, labels, _edges((outline - low) * scale, labels), figure)
 
 
 def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:

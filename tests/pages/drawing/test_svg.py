@@ -117,6 +117,18 @@ def test_all_that_is_drawn_is_within_the_picture(name: str) -> None:
         assert (points >= (left, top)).all() and (points <= (right, bottom)).all()
 
 
+def test_a_mode_is_drawn_with_arrows_before_a_ghost_of_the_rest_position() -> None:
+    found = figure_of(placements_of(machine("planar_2r.toml")), placements_of(machine("planar_2r.toml")).start)
+    line = np.array([[0.0, 0, 0], [0, 0, 5]])
+    drawing = picture_of(found, None, [line])
+    roles = [part.role for part in drawing.drawn]
+    solid = [part for part in drawing.drawn if part.closed and part.role not in ("base", "ghost")]
+    assert roles[-1] == "arrow" and roles[0] == "ghost" and roles.count("ghost") == len(solid)
+    assert "ghost" not in [part.role for part in picture_of(found).drawn]
+    left, top, right, bottom = drawing.box
+    assert (drawing.drawn[-1].points >= (left, top)).all() and (drawing.drawn[-1].points <= (right, bottom)).all()
+
+
 def test_names_are_text_and_never_markup() -> None:
     hostile = replace(machine("planar_2r.toml"), name=HOSTILE)
     hostile = replace(hostile, joints=tuple(replace(joint, name=HOSTILE) for joint in hostile.joints[:1]))
