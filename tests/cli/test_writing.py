@@ -232,7 +232,7 @@ def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -
     asked = ("--plot-format", form) if form != PICTURE_FORMATS[0] else ()
     run("modes", TWO_AXIS, "--plots", tmp_path, *asked)
     names = sorted(path.name for path in tmp_path.iterdir())
-    assert names == [f"energies.{form}", f"shapes.{form}"]
+    assert names == [f"energies.{form}", f"pictures.{form}", f"shapes.{form}"]
     assert all((tmp_path / name).read_bytes().startswith(BEGINNINGS[form]) for name in names)
 
 
