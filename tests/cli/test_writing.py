@@ -241,7 +241,7 @@ def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     scene = ("--scene", "scene.toml")
     cut = ("--direction", "tip.x", "--cutting", "1e9")
     needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
-    more = (needed | {"update": ("tests.toml",)}).get(command, ())
+    more = (needed | {"update": ("tests.toml",), "ik": ("--position", "0,0,0")}).get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
     assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")
