@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symoro_elastic.api.options import Evaluating, Reaching, Reading, Yielding
 from symoro_elastic.cli.listed import command
-from symoro_elastic.cli.options import JSON, MACHINE, call, takes
+from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, steps
 from symoro_elastic.cli.reading import read, scene_of
 
@@ -13,8 +13,10 @@ from symoro_elastic.cli.reading import read, scene_of
 @MACHINE
 @takes(Evaluating)
 @takes(Reading, "reading", "base")
+@draws
+@writes
 @JSON
-def evaluate(machine: str, options: Evaluating, reading: Reading, as_json: bool) -> None:
+def evaluate(machine: str, options: Evaluating, reading: Reading, plots: Plots, as_json: bool) -> None:
     """Give torques, accelerations, placements and what else models compute, with units."""
     from symoro_elastic.api import poses
 
@@ -24,13 +26,16 @@ def evaluate(machine: str, options: Evaluating, reading: Reading, as_json: bool)
         scene_of(whole, options)
         result = call(poses.evaluate, whole, options)
     print_result(result, as_json)
+    plots.write(result.plots)
 
 
 @command("ik")
 @MACHINE
 @takes(Reaching)
+@draws
+@writes
 @JSON
-def ik(machine: str, options: Reaching, as_json: bool) -> int:
+def ik(machine: str, options: Reaching, plots: Plots, as_json: bool) -> int:
     """Solve the inverse geometry within the limits of joints, from several starts and from closed forms.
 
     Springs stay neutral. Exit code 1 where no start reaches the pose.
@@ -41,14 +46,17 @@ def ik(machine: str, options: Reaching, as_json: bool) -> int:
         step("inverse geometry")
         result = call(poses.ik, read(machine), options)
     print_result(result, as_json)
+    plots.write(result.plots)
     return int(not result.solutions)
 
 
 @command("stiffness")
 @MACHINE
 @takes(Yielding)
+@draws
+@writes
 @JSON
-def stiffness(machine: str, options: Yielding, as_json: bool) -> None:
+def stiffness(machine: str, options: Yielding, plots: Plots, as_json: bool) -> None:
     """Give the 6 x 6 matrix with motors held, the worst direction, each spring's share, and what to stiffen."""
     from symoro_elastic.api import poses
 
@@ -58,3 +66,4 @@ def stiffness(machine: str, options: Yielding, as_json: bool) -> None:
         scene_of(whole, options.scene)
         result = call(poses.stiffness, whole, options)
     print_result(result, as_json)
+    plots.write(result.plots)

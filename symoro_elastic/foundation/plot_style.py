@@ -27,6 +27,10 @@ LONGEST, MOST_LINES = 32, 3
 MOST_TICKED = 1e3
 """Ratio of a scale by logarithm on which 2 to 9 of each decade are marked; on longer ones 2 and 5, which take as long
 to draw as forty curves."""
+RIGHT_ANGLE, TWENTY_DECIBELS = 90, 20
+"""Between marks of a phase, deg, and of a magnitude, dB, which is a factor of ten."""
+MOST_MARKS = 7
+"""Intervals between them."""
 MOST_NAMED = 10
 """Curves of a diagram with colours of their own; others are grey."""
 LEAST_NUMBER, DARK_CELL = 0.05, 0.6
@@ -174,6 +178,14 @@ def logarithmic(axes: Any, *which: str) -> None:
         axis.set_major_formatter(plain)
         axis.set_minor_formatter(partial(_plain_within_a_decade, axis))
         axes.grid(True, which="minor", axis=direction, linewidth=0.25)
+
+
+def mark_multiples(axes: Any, of: float) -> None:
+    """Mark the vertical axis at multiples of a number that enclose the curves; at fewer of them if there are many."""
+    low, high = axes.dataLim.intervaly if np.isfinite(axes.dataLim.intervaly).all() else (0.0, 0.0)
+    step = of * max(1, np.ceil((high - low) / of / MOST_MARKS))
+    first, last = np.floor(low / step + 1e-6), np.ceil(high / step - 1e-6)
+    axes.set_yticks(step * np.arange(first, max(last, first + 1) + 1))
 
 
 def plain(x: float, place: int | None = None) -> str:

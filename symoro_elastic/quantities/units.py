@@ -84,6 +84,15 @@ INVERSE_MASS = Unit("1/(kg m2)", "1/kg")
 COMPLIANCE = Unit("rad/(N m)", "m/N")
 MICRO = 1e6
 """um in a metre, urad in a radian: compliances are printed by these."""
+
+
+def in_micro(unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which a response is shown: um / N for compliances, else its own."""
+    over, _, under = unit.partition(" / ")
+    is_compliance = over in ("m", "rad") and under.strip("()") in ("N", "N m")
+    return (MICRO, f"u{unit}") if is_compliance else (1.0, unit)
+
+
 PLACEMENT = Unit("", "m")
 """Entries of a 4 x 4 matrix: direction cosines, and lengths in its last column."""
 INERTIA = PairUnit("kg m2", "kg m", "kg m", "kg")

@@ -9,7 +9,6 @@ const picture = {
     made.addEventListener("load", () => {
       if (this.arriving !== made) return;
       const old = this.frame, focused = old !== null && document.activeElement === old;
-      made.begin = seen(made.contentWindow);
       if (old) resume(made, old);
       made.classList.remove("arriving");
       old?.remove();
@@ -29,6 +28,7 @@ function seen(window) {
   if (!eye) return null;
   const buttons = [...window.document.querySelectorAll(".modes button")];
   return {
+    chosen: eye.chosen,
     camera: JSON.stringify([eye.camera.position, eye.camera.zoom, eye.controls.target, eye.across, eye.upward, eye.radius]),
     q: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.q[k]])),
     start: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.data.q[k]])),
@@ -41,7 +41,7 @@ function seen(window) {
 function resume(made, old) {
   const window = made.contentWindow, { player } = window, was = old.contentWindow && seen(old.contentWindow);
   if (!was || !player?.stage) return;
-  if (old.turned || (old.begin && was.camera !== old.begin.camera)) {
+  if (was.chosen) {
     const { eye } = player.stage, [position, zoom, target, across, upward, radius] = JSON.parse(was.camera);
     eye.camera.position.copy(position);
     eye.controls.target.copy(target);
@@ -49,7 +49,7 @@ function resume(made, old) {
     Object.assign(eye, { across, upward, radius });
     eye.shape(eye.width, eye.height);
     eye.controls.update();
-    made.turned = true;
+    eye.chosen = true;
   }
   const moved = (name) => was.q[name] !== undefined && was.q[name] !== was.start[name];
   if (was.mode < 0) player.place(player.q.map((x, k) => (moved(player.data.joints[k].name) ? was.q[player.data.joints[k].name] : x)));

@@ -19,6 +19,7 @@ function keepAddress(stage, player, data) {
     [camera.zoom, eye.across, eye.upward, eye.radius] = seen.slice(6);
     eye.shape(eye.width, eye.height);
     controls.update();
+    eye.chosen = true;
     stage.request();
   }
   let waiting = 0;

@@ -6,19 +6,22 @@ const AZIMUTH = 35 * Math.PI / 180, ROOM = 1.22;  // of the view of the picture;
 const SIDES_SEEN = { Home: null, Front: [0, 0, 1], Right: [1, 0, 0], Top: [0, 1, 0] };
 
 class Eye {
-  // `corners()` are points around all shapes; `changed()` is called where the view is another one.
+  // `corners()` are points around all shapes; `changed()` is called where the view is another one. `chosen` is a view that
+  // the reader has turned, moved or zoomed: it stays.
   constructor(data, canvas, corners, changed) {
-    Object.assign(this, { corners, changed, least: data.unit, home: new THREE.Vector3(...data.view[2]) });
+    Object.assign(this, { corners, changed, chosen: false, least: data.unit, home: new THREE.Vector3(...data.view[2]) });
     this.up = new THREE.Vector3(...data.up);
     this.camera = new THREE.OrthographicCamera();
     this.camera.up.copy(this.up);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("start", () => { this.chosen = true; });
     canvas.addEventListener("keydown", (event) => this._key(event));
   }
 
   // Look from a side that has a name; `Home` is the view of the picture.
   look(name) {
+    this.chosen = false;
     const seen = this.home.clone();
     const front = seen.clone().addScaledVector(this.up, -seen.dot(this.up)).normalize().applyAxisAngle(this.up, -AZIMUTH);
     const right = this.up.clone().cross(front), way = SIDES_SEEN[name];
@@ -91,6 +94,7 @@ class Eye {
     };
     if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
+    this.chosen = true;
     keys[event.key]();
   }
 }

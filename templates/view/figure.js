@@ -8,7 +8,19 @@ const IN_FRONT = 1;  // joints are seen through bodies, which are drawn before t
 function geometryOf(solid) {
   const [a, b, c] = solid.size;
   if (solid.shape === "box") return new THREE.BoxGeometry(a, b, c);
+  if (solid.shape === "ball") return ballGeometry(a / 2);
   return new THREE.CylinderGeometry(a / 2, a / 2, c, a < 0.01 * c ? 10 : ROUND).rotateX(Math.PI / 2);
+}
+
+// A cylinder of height pi whose points at an angle from the equator are moved to a ball.
+function ballGeometry(radius) {
+  const ball = new THREE.CylinderGeometry(1, 1, Math.PI, ROUND, ROUND / 2, true), points = ball.attributes.position;
+  for (let k = 0; k < points.count; k++) {
+    const angle = points.getY(k), across = radius * Math.cos(angle);
+    points.setXYZ(k, across * points.getX(k), radius * Math.sin(angle), across * points.getZ(k));
+  }
+  ball.computeVertexNormals();
+  return ball;
 }
 
 // Corners, in frame 0, of the boxes around the meshes of groups, each with its mesh.
@@ -81,6 +93,8 @@ class MachineFigure {
     this.names = new Map(data.marks.map((mark) => [mark.frame, mark.name]));
     this.layers = { bodies: [], axes: [], meshes: [] };
     this.tubes = [];
+    this.joints = new Set();
+    this.solids = data.solids.filter((solid) => solid.role !== "base");
     for (const solid of data.solids) this._add(solid);
     for (const mesh of data.meshes) this._cover(mesh);
     for (const wire of data.wires) this._thread(wire, data.unit);
@@ -88,7 +102,7 @@ class MachineFigure {
   }
 
   _add(solid) {
-    const mesh = new THREE.Mesh(geometryOf(solid), this.painted.fill(solid.role));
+    const mesh = new THREE.Mesh(geometryOf(solid), this.painted.fill(solid.role, solid.outlined ? "outlined" : solid.shape));
     const lines = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 30), this.painted.edge(solid.role));
     mesh.add(lines);
     mesh.matrixAutoUpdate = false;
@@ -97,6 +111,7 @@ class MachineFigure {
       this.layers.bodies.push(mesh);
     } else {
       mesh.renderOrder = lines.renderOrder = IN_FRONT;
+      if (solid.role !== "base") this.joints.add(mesh);
     }
     this.groups[solid.frame].add(mesh);
   }
@@ -121,7 +136,19 @@ class MachineFigure {
     this.groups[wire.frame].add(tube.mesh);
     tube.mesh.renderOrder = IN_FRONT;
     if (axis) this.layers.axes.push(tube.mesh);
-    else this.tubes.push(tube);
+    else this.joints.add(tube.mesh) && this.tubes.push(tube);
+  }
+
+  // Outlines of the solids at the placements of the reference.
+  ghost() {
+    const group = new THREE.Group();
+    for (const solid of this.solids) {
+      const lines = new THREE.LineSegments(new THREE.EdgesGeometry(geometryOf(solid), 30), this.painted.ghost());
+      lines.matrixAutoUpdate = false;
+      lines.matrix.set(...product(this.frames.reference[solid.frame], solid.at));
+      group.add(lines);
+    }
+    return group;
   }
 
   // Grey the springs that store little of the strain energy [name, share] of a mode; none without one.

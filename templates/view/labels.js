@@ -3,6 +3,7 @@
 
 const TEXT = { height: 15, gap: 4, font: "12px Helvetica, Arial, sans-serif" };
 const RINGS = [8, 16, 27, 42, 62, 88, 120], DIRECTIONS = 16, KEPT = 14, CROSSED = 22;
+const COVERED = 30, MOST_COVERED = 6;  // px that it costs to cover a shape, up to so many of them
 
 function boxOf(name, place) {
   const x = name.x + place.distance * Math.cos(place.angle), y = name.y - place.distance * Math.sin(place.angle);
@@ -29,20 +30,22 @@ function cross(a, b) {
   return side(a.from, a.to, b.from) * side(a.from, a.to, b.to) < 0 && side(b.from, b.to, a.from) * side(b.from, b.to, a.to) < 0;
 }
 
-// Boxes of the texts of names {x, y, width, place}, in their order, outside of a joint; null where there is no room.
-function placeLabels(names, width, height, joint) {
+// Boxes of the texts of names {x, y, width, place}, in their order, off a joint and off `shapes`; null where there is no room.
+function placeLabels(names, width, height, joint, shapes = []) {
   const found = [];
   for (const name of names) {
     let best = null;
     for (const ring of RINGS)
       for (let k = 0; k < DIRECTIONS; k++) {
         const distance = joint + ring, place = { ring, distance, angle: 2 * Math.PI * k / DIRECTIONS }, box = boxOf(name, place);
+        if (best && distance - KEPT >= best.cost) break;
         if (box.left < 4 || box.right > width - 4 || box.top < 4 || box.bottom > height - 4) continue;
         if (found.some((one) => one && touch(one.box, box)) || names.some((other) => covers(box, other))) continue;
         const line = { from: { x: name.x, y: name.y }, to: { x: lineTo(name, box), y: box.y } };
         const same = name.place && name.place.ring === ring && name.place.angle === place.angle;
         const crossed = found.filter((one) => one && cross(one.line, line)).length;
-        const cost = distance + CROSSED * crossed - (same ? KEPT : 0);
+        const covered = Math.min(MOST_COVERED, shapes.filter((shape) => touch(shape, box)).length);
+        const cost = distance + CROSSED * crossed + COVERED * covered - (same ? KEPT : 0);
         if (!best || cost < best.cost - 1e-6) best = { cost, place, box, line };
       }
     name.place = best && best.place;
@@ -69,11 +72,11 @@ class Labels {
   }
 
   // Put every name beside the point of its frame, px.
-  place(pointOf, width, height, joint) {
+  place(pointOf, width, height, joint, shapes) {
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     for (const name of this.names) Object.assign(name, pointOf(name.frame));
     const set = (element, numbers) => Object.entries(numbers).forEach(([key, x]) => element.setAttribute(key, x.toFixed(2)));
-    placeLabels(this.names, width, height, joint).forEach((one, k) => {
+    placeLabels(this.names, width, height, joint, shapes).forEach((one, k) => {
       const name = this.names[k];
       set(name.dot, { cx: name.x, cy: name.y });
       name.group.classList.toggle("hidden", !one);

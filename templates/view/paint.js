@@ -12,9 +12,10 @@ class Painted {
     return this.dark.matches ? this.palettes.dark : this.palettes.light;
   }
 
-  fill(role) {
-    const options = role === "mesh" ? { opacity: 0.45, depthWrite: false } : role === "body" ? { opacity: 0.12, depthWrite: false } : {};
-    return this._kept(`fill ${role}`, () => new THREE.MeshLambertMaterial({ transparent: true, ...options }));
+  fill(role, look = "") {
+    const opacity = role === "mesh" || (role === "body" && look === "ball") ? 0.45 : role === "body" ? 0.12 : 1;
+    return this._kept(`fill ${role} ${look}`, () => new THREE.MeshLambertMaterial(
+      { transparent: true, opacity, depthWrite: opacity === 1, visible: look !== "outlined" }));
   }
 
   edge(role) {
@@ -28,6 +29,10 @@ class Painted {
 
   grid() {
     return this._kept("faint grid", () => new THREE.LineBasicMaterial({ transparent: true, opacity: 0.28, depthWrite: false }));
+  }
+
+  ghost() {
+    return this._kept("fill ghost", () => new THREE.LineBasicMaterial({ transparent: true, depthWrite: false }));
   }
 
   measure() {

@@ -62,11 +62,11 @@ class Player {
   swing(mode) {
     this.home();
     if (!mode) return;
+    const at = (by) => this.data.q.map((x, k) => x + by * this.amplitude * mode.shape[k]);
     this.stage?.emphasize(mode.strain);
-    this.run((t) => {
-      const by = this.amplitude * Math.sin(2 * Math.PI * SLOW * t);
-      this.place(this.data.q.map((x, k) => x + by * mode.shape[k]), false);
-    });
+    this.stage?.trace(mode.arrows.map((points) => ({ points, role: "arrow" })));
+    if (!this.stage?.eye.chosen) this.stage?.keep([1, -1].map((by) => this.frames.at(at(by))).filter((T) => T));
+    this.run((t) => this.place(at(Math.sin(2 * Math.PI * SLOW * t)), false));
     this.mode = mode;
     this.enlarged();
   }

@@ -1,7 +1,7 @@
 "use strict";
 // The space in which the machine stands: light, paths, and the names in front of it.
 
-const PATH = 0.07;  // radius of a path, units
+const PATH = 0.1;  // radius of a path, units
 const MOST_OF_A_JOINT = 60;  // px from a frame to its name
 
 class Stage {
@@ -10,17 +10,17 @@ class Stage {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.space = new THREE.Scene();
-    this.room = data.room.map((corner) => new THREE.Vector3(...corner));
     this.painted = new Painted(data);
     this.figure = new MachineFigure(data, frames, this.painted);
     this.paths = new THREE.Group();
+    this.ghost = Object.assign(this.figure.ghost(), { visible: false });
     this.eye = new Eye(data, canvas, () => this._corners(), () => this.request());
     const light = new THREE.DirectionalLight(0xffffff, 1.5);
     light.position.set(-0.5, 1, 1.2);
     this.eye.camera.add(light);
     this.ground = data.stands ? new Ground(data, this.figure, this.painted) : null;
     this.ruler = new Ruler(this.figure, this.painted);
-    this.space.add(...this.figure.groups, this.paths, this.ruler.line, ...(this.ground ? [this.ground.group] : []), this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
+    this.space.add(...this.figure.groups, this.paths, this.ghost, this.ruler.line, ...(this.ground ? [this.ground.group] : []), this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
     this.labels = new Labels(labels, data.marks);
     this.named = !data.crowded;
     this.painted.dark.addEventListener("change", () => this.repaint());
@@ -40,11 +40,9 @@ class Stage {
     if (!this.asked) this.asked = requestAnimationFrame(() => this.render());
   }
 
-  // Corners of the boxes around all shapes; bodies count as far as they are in the room of the machine.
+  // Corners of the boxes around all shapes.
   _corners() {
-    this.space.updateMatrixWorld(true);
-    const { bodies } = this.figure.layers;
-    return [...cornersOf(this.figure.groups)].map(([corner, mesh]) => (bodies.includes(mesh) ? corner.clamp(...this.room) : corner));
+    return [...cornersOf(this.figure.groups)].map(([corner]) => corner);
   }
 
   _window() {
@@ -72,18 +70,31 @@ class Stage {
 
   _name() {
     const joint = Math.min(1.4 * this.data.unit * this.eye.scale, MOST_OF_A_JOINT);
-    this.labels.place((frame) => this._pointOf(frame), this.width, this.height, joint);
+    const at = (frame) => [3, 7, 11].map((k) => this.figure.T[frame][k]);
+    this.labels.place((frame) => this._pixelOf(new THREE.Vector3(...at(frame))), this.width, this.height, joint, this._covered());
   }
 
-  _pointOf(frame) {
-    const T = this.figure.T[frame], p = new THREE.Vector3(T[3], T[7], T[11]).project(this.eye.camera);
+  _pixelOf(point) {
+    const p = point.project(this.eye.camera);
     return { x: (1 + p.x) * this.width / 2, y: (1 - p.y) * this.height / 2 };
+  }
+
+  // Boxes, px, around joints, springs and rods.
+  _covered() {
+    const boxes = new Map();
+    for (const [corner, mesh] of cornersOf(this.figure.groups)) {
+      if (!this.figure.joints.has(mesh)) continue;
+      const { x, y } = this._pixelOf(corner), box = boxes.get(mesh) ?? { left: x, right: x, top: y, bottom: y };
+      boxes.set(mesh, { left: Math.min(box.left, x), right: Math.max(box.right, x), top: Math.min(box.top, y), bottom: Math.max(box.bottom, y) });
+    }
+    return [...boxes.values()];
   }
 
   place(T) {
     this.figure.place(T);
     this.ground?.place(T);
     this.ruler.place();
+    if (!this.eye.chosen) this.eye.keep(this._corners());
     this.request();
   }
 
@@ -103,6 +114,7 @@ class Stage {
   // Draw lines through points in frame 0, each of a role; `owner` is whose they are.
   trace(lines, owner = null) {
     this.traced = owner;
+    this.ghost.visible = lines.some(({ role }) => role === "arrow");
     for (const old of this.paths.children) old.geometry.dispose();
     this.paths.clear();
     const radius = PATH * this.data.unit;

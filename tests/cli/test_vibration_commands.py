@@ -47,7 +47,7 @@ def test_modes_on_the_command_line(tmp_path: Path) -> None:
     assert "26.0732" in shown and "bed_yaw.stiffness +0.35" in shown and found["conclusion"] in shown
     with np.load(tmp_path / "m.npz") as saved:
         np.testing.assert_array_equal(saved["frequencies"], found["frequencies"])
-    assert {path.name for path in (tmp_path / "p").iterdir()} == {"shapes.png", "energies.png"}
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"shapes.png", "energies.png", "pictures.png"}
 
 
 @pytest.mark.thorough

@@ -232,7 +232,7 @@ def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -
     asked = ("--plot-format", form) if form != PICTURE_FORMATS[0] else ()
     run("modes", TWO_AXIS, "--plots", tmp_path, *asked)
     names = sorted(path.name for path in tmp_path.iterdir())
-    assert names == [f"energies.{form}", f"shapes.{form}"]
+    assert names == [f"energies.{form}", f"pictures.{form}", f"shapes.{form}"]
     assert all((tmp_path / name).read_bytes().startswith(BEGINNINGS[form]) for name in names)
 
 
@@ -241,7 +241,7 @@ def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     scene = ("--scene", "scene.toml")
     cut = ("--direction", "tip.x", "--cutting", "1e9")
     needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
-    more = (needed | {"update": ("tests.toml",)}).get(command, ())
+    more = (needed | {"update": ("tests.toml",), "ik": ("--position", "0,0,0")}).get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
     assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")

@@ -10,12 +10,23 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import laplace
 from symoro_elastic.analysis.control.control import Control
 from symoro_elastic.analysis.control.lobes import Lobes
-from symoro_elastic.analysis.control.loops import AxisLoops, loops_of
+from symoro_elastic.analysis.control.loops import AxisLoops, Margins, loops_of
 from symoro_elastic.analysis.control.plant import position_row
 from symoro_elastic.analysis.control.views import place_text
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import Plot
-from symoro_elastic.foundation.plot_style import MOST_NAMED, curve, curves, legend, logarithmic, shades, y_label
+from symoro_elastic.foundation.plot_style import (
+    MOST_NAMED,
+    RIGHT_ANGLE,
+    TWENTY_DECIBELS,
+    curve,
+    curves,
+    legend,
+    logarithmic,
+    mark_multiples,
+    shades,
+    y_label,
+)
 from symoro_elastic.foundation.results import figures_of
 from symoro_elastic.quantities.units import MICRO
 
@@ -25,6 +36,8 @@ HIGHEST = 8.0
 """Of the depth that is stable at all speeds: the end of the axis of lobes."""
 SLOWEST, BETWEEN = 0.1, 6
 """Hz from which on loops are drawn; how finely frequencies that are tried are divided."""
+LEAST_DECIBELS = -80.0
+"""Of the axis of open loops."""
 STYLES = {"velocity": "-", "position": "--"}
 
 
@@ -36,8 +49,11 @@ def _(control: Control) -> dict[str, Plot | str]:
     for k, cascade in enumerate(control.cascades):
         axes = [loops[k] for loops in by_place]
         title = f"{control.machine}: open loops of {cascade.motor}"
-        near = f"{title}, circles at their distances to -1"
-        plots[f"open_loops_{cascade.motor}"] = Plot(title, partial(_bode, control, axes), 2, size=(8.0, 5.5))
+        near = f"{title}, least distances to -1, circles: required ones"
+        draw = partial(
+            _bode, control, axes, [[place.axes[k].velocity, place.axes[k].position] for place in control.places]
+        )
+        plots[f"open_loops_{cascade.motor}"] = Plot(f"{title}, with margins", draw, 2, size=(8.0, 5.5))
         plots[f"nyquist_{cascade.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
     title = f"{control.machine}: compliance with all loops closed"
     return plots | {"compliances": Plot(title, partial(_compliances, control), size=(8.0, 4.2))}
@@ -75,27 +91,47 @@ def plot_frequencies(axis: AxisLoops) -> Array:
     return fine
 
 
-def _bode(control: Control, axes: list[AxisLoops], magnitude: Any, phase: Any) -> None:
-    """Draw magnitude and phase of the open loops of an axis, a colour for each position."""
-    for k, (axis, place) in enumerate(zip(axes, control.places, strict=True)):
+def decibels(x: Any) -> Array:
+    """Return 20 log10 of magnitudes."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(20 * np.log10(np.abs(x)))
+
+
+def _bode(control: Control, axes: list[AxisLoops], margins: list[list[Margins]], magnitude: Any, phase: Any) -> None:
+    """Draw magnitude and phase of the open loops of an axis with their margins, a colour for each position."""
+    for k, (axis, place, of_loops) in enumerate(zip(axes, control.places, margins, strict=True)):
         frequencies = plot_frequencies(axis)
-        for name, L in axis.open_loops(frequencies).items():
+        for (name, L), margin in zip(axis.open_loops(frequencies).items(), of_loops, strict=True):
             look = {"linestyle": STYLES[name], "color": curve(k)["color"]}
             label = f"{name}, {place_text(place.place)}" if len(axes) > 1 else name
-            magnitude.plot(frequencies, np.abs(L), label=label if k < MOST_NAMED / 2 else None, **look)
-            phase.plot(frequencies, np.degrees(np.unwrap(np.angle(L))), **look)
-    logarithmic(magnitude, "x", "y")
+            degrees = np.degrees(np.unwrap(np.angle(L)))
+            magnitude.plot(frequencies, decibels(L), label=label if k < MOST_NAMED / 2 else None, **look)
+            phase.plot(frequencies, degrees, **look)
+            _draw_margins(margin, frequencies, degrees, look["color"], magnitude, phase)
+    logarithmic(magnitude, "x")
     logarithmic(phase, "x")
-    magnitude.axhline(1.0, color=shades().grey, linewidth=0.8)
-    magnitude.set_ylim(bottom=1e-4)
-    magnitude.set_ylabel("open loop")
+    magnitude.axhline(0.0, color=shades().grey, linewidth=0.8)
+    mark_multiples(magnitude, TWENTY_DECIBELS)
+    magnitude.set_ylim(bottom=LEAST_DECIBELS)
+    mark_multiples(phase, RIGHT_ANGLE)
+    y_label(magnitude, "open loop", "dB")
     y_label(phase, "phase", "deg")
     phase.set_xlabel("frequency, Hz")
     legend(magnitude)
 
 
+def _draw_margins(margin: Margins, frequencies: Array, degrees: Array, color: str, magnitude: Any, phase: Any) -> None:
+    """Draw the gain margin from 0 dB, and the phase margin from the nearest odd multiple of 180 deg."""
+    look: dict[str, Any] = {"color": color, "marker": "o", "markersize": 3, "linewidth": 2.2}
+    if np.isfinite(margin.gain_frequency):
+        magnitude.plot([margin.gain_frequency] * 2, [0.0, -decibels(margin.gain)], **look)
+    if np.isfinite(margin.phase_frequency):
+        at = float(np.interp(margin.phase_frequency, frequencies, degrees))
+        phase.plot([margin.phase_frequency] * 2, [360 * np.floor(at / 360) + 180, at], **look)
+
+
 def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
-    """Draw the open loops of an axis in the complex plane near -1, with the circles of their distances."""
+    """Draw the open loops of an axis near -1, their least distances to it, and the required ones as circles."""
     turn = np.exp(1j * np.linspace(0, 2 * np.pi, 200))
     for name, distance in (("velocity", control.distances.velocity), ("position", control.distances.position)):
         circle = -1 + distance * turn
@@ -103,6 +139,10 @@ def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
     for k, axis in enumerate(axes):
         for name, L in axis.open_loops(plot_frequencies(axis)).items():
             plane.plot(L.real, L.imag, STYLES[name], color=curve(k)["color"], label=name if k == 0 else None)
+            nearest = L[np.argmin(np.abs(1 + L))]
+            plane.plot(
+                [-1, nearest.real], [0, nearest.imag], "o-", color=curve(k)["color"], markersize=3, linewidth=0.8
+            )
     plane.plot([-1], [0], "+", color=shades().ink, markersize=8)
     plane.set_xlim(-1 - FURTHEST, -1 + FURTHEST)
     plane.set_ylim(-FURTHEST, FURTHEST)

@@ -10,6 +10,7 @@ import numpy as np
 
 from symoro_elastic.analysis.time_series.plots import MOST_IN_ROWS, over_time, torque_speed
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
+from symoro_elastic.analysis.vibration.drawn_modes import mode_pictures
 from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
 from symoro_elastic.analysis.vibration.linearization import Linearization
@@ -19,6 +20,7 @@ from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import (
+    RIGHT_ANGLE,
     bars,
     by_unit,
     contours,
@@ -27,12 +29,14 @@ from symoro_elastic.foundation.plot_style import (
     legend,
     logarithmic,
     map_of_numbers,
+    mark_multiples,
     plain,
     shades,
     shorten,
     y_label,
 )
 from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.quantities.units import in_micro
 
 MOST_CURVES, MOST_MODES, MOST_PANELS, MOST_ROWS = 6, 16, 8, 10
 LEAST_SHOWN = 0.005
@@ -53,8 +57,8 @@ def _(response: Response) -> dict[str, Plot | str]:
 
 @figures_of.register
 def _(modal: Modes) -> dict[str, Plot | str]:
-    """Return shapes and energies."""
-    return {"shapes": shapes(modal), "energies": energies(modal)}
+    """Return shapes, energies, and pictures of the modes."""
+    return {"shapes": shapes(modal), "energies": energies(modal), "pictures": mode_pictures(modal)}
 
 
 @figures_of.register
@@ -114,13 +118,15 @@ def _bode(response: Response, j: int, units: dict[str, list[int]], *axes: Any) -
         G = np.where(response.values[:, rows, j] == 0, np.nan, response.values[:, rows, j])
         none = [not np.isfinite(column).any() for column in G.T]
         names = [f"{response.outputs[k]}{': no response' if idle else ''}" for k, idle in zip(rows, none, strict=True)]
-        curves(axis, f, np.abs(G), names, first, MOST_IN_ROWS)
+        factor, shown_unit = in_micro(unit)
+        curves(axis, f, factor * np.abs(G), names, first, MOST_IN_ROWS)
         curves(phase, f, np.transpose([_phase(column) for column in G.T]), names, first, MOST_IN_ROWS)
-        y_label(axis, "magnitude", unit)
+        y_label(axis, "magnitude", shown_unit)
         logarithmic(axis, "x", "y")
         legend(axis)
         first += len(rows)
     y_label(phase, "phase", "deg")
+    mark_multiples(phase, RIGHT_ANGLE)
     logarithmic(phase, "x")
     phase.set_xlabel("frequency, Hz")
 
@@ -135,17 +141,20 @@ def stiffness(response: Response, point: PointStiffness) -> Plot:
 
 
 def _stiffness(response: Response, point: PointStiffness, magnitude: Any, springs: Any) -> None:
-    G = np.abs(response.values[:, response.outputs.index(point.output), response.inputs.index(point.source)])
+    factor, unit = in_micro(point.unit)
+    G = factor * np.abs(response.values[:, response.outputs.index(point.output), response.inputs.index(point.source)])
     curves(magnitude, response.frequencies, G[:, None], [f"{point.output} / {point.source}"])
     if np.isfinite(point.static):
-        magnitude.axhline(point.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
+        magnitude.axhline(factor * point.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
     if np.isfinite(point.peak) and point.frequency > 0:
-        magnitude.plot(point.frequency, point.peak, "v", color=curve(1)["color"], markersize=7, label="largest")
+        magnitude.plot(
+            point.frequency, factor * point.peak, "v", color=curve(1)["color"], markersize=7, label="largest"
+        )
     if np.isinf(point.peak):
         magnitude.axvline(point.frequency, color=curve(1)["color"], linestyle=":", label="undamped resonance")
     logarithmic(magnitude, "x", "y")
     magnitude.set_xlabel("frequency, Hz")
-    y_label(magnitude, "compliance", point.unit)
+    y_label(magnitude, "compliance", unit)
     legend(magnitude)
     both = {"at rest": point.held_by, f"at {point.frequency:.4g} Hz": point.shaken_by}
     rows = [*dict.fromkeys(name for shares in both.values() for name in shares)][:MOST_ROWS]

@@ -18,6 +18,7 @@ from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError, refuse_numbers
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.numerics.motion.signals import input_unit, output_unit
+from symoro_elastic.quantities.units import MICRO, in_micro
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
@@ -52,20 +53,23 @@ class PointStiffness:
 
     @property
     def stiffness_unit(self) -> str:
-        """N/m, or N m/rad."""
-        return "N/m" if self.unit.startswith("m ") else "N m/rad"
+        """N/um, or N m/urad: 1e6 N/m and 1e6 N m/rad."""
+        return "N/um" if self.unit.startswith("m ") else "N m/urad"
 
     @property
     def sentence(self) -> str:
         """Both compliances, with the springs that limit them."""
         sentence = f"{self.output} under {self.source}"
         if np.isfinite(self.static):
-            sentence += f": {self.stiffness:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
+            sentence += f": {self.stiffness / MICRO:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
         if not self.frequency > 0:
             return sentence if np.isfinite(self.static) else f"{sentence}: nothing holds it"
         if np.isinf(self.peak):
             return f"{sentence}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
-        return f"{sentence}; largest at {self.frequency:.4g} Hz, {self.peak:.4g} {self.unit}{_first(self.shaken_by)}"
+        factor, unit = in_micro(self.unit)
+        return (
+            f"{sentence}; largest at {self.frequency:.4g} Hz, {factor * self.peak:.4g} {unit}{_first(self.shaken_by)}"
+        )
 
 
 def _first(shares: dict[str, float]) -> str:

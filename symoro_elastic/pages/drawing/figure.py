@@ -21,12 +21,13 @@ from symoro_elastic.machine.machine import Body, Joint, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.bound.state import State, closing_models
+from symoro_elastic.models.bound.viewing import number_or_nan, upward
 from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.evaluation.closed_positions import drawn_values, with_dependent
 from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 from symoro_elastic.pages.drawing.joint_shapes import base_shapes, joint_shapes
-from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire
+from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, inverse, transform
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 
@@ -40,11 +41,10 @@ UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
 """The unit of the shapes of joints: this much of the extent, at most so much of a usual link, at least so much."""
 THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
-NEAR, APART = 0.25, 0.3
-"""How far around all origins bodies count, so that a long bed hides no machine: this much of the diagonal around the
-origins; where that is less than so much of the usual body's, as of axes through one point, a body's diagonal."""
-CENTRE = 3.0
-"""Of the unit: edges of the cube at the centre of mass of a body whose inertia is that of no box."""
+LARGEST_BODY = 8.0
+"""Of the machine's diagonal: longer bodies are drawn as balls, since joints would have an eighth of a picture."""
+BALL = 3.0
+"""Of the unit: the diameter of the ball at the centre of mass of a body without a box."""
 LARGEST = 1e6
 """Of the extent, m."""
 MOST_NAMED = 150
@@ -69,8 +69,8 @@ class Figure:
 
     `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
     `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `room` (2, 3) are the
-    corners, lowest and highest, of the space that a picture shows: bodies may be larger. `remarks` are lines about what
-    is not shown as it is.
+    corners, lowest and highest, of the space around all origins and bodies. `remarks` are lines about what is not shown
+    as it is.
     """
 
     title: str
@@ -105,7 +105,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     """Return the figure of a machine at q (n,); raises `InputError` for an open loop, or for its size."""
     machine, T = placements.machine, placements.at(q)
     values = parameter_values(machine)
-    boxes = {} if machine.is_grouped else _boxes(machine, values)
+    boxes, giants = ({}, []) if machine.is_grouped else _boxes(machine, T, values)
     room = _room(machine, T, boxes)
     extent = _extent(room)
     unit, up = _unit(machine, T, extent), upward(machine, values)
@@ -113,7 +113,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     for j, joint in _enumerate_joints(machine):
         if joint.name not in COORDINATES:
             shapes += joint_shapes(j, joint, T, unit)
-        shapes += [_body(j, boxes[j], unit)] if j in boxes else []
+        shapes += [_body(T, j, boxes[j], unit)] if j in boxes else []
     return Figure(
         machine.name,
         tuple(_marks(machine)),
@@ -125,17 +125,21 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         extent,
         unit,
         room,
-        tuple(_remarks(placements, boxes)),
+        tuple(_remarks(placements, boxes, giants)),
     )
 
 
-def _boxes(machine: Machine, values: Mapping[str, float]) -> dict[int, Box]:
-    """The boxes of bodies with values, by the number of their joint."""
-    boxes = {j: box_of(joint.body, values) for j, joint in _enumerate_joints(machine)}
-    return {j: box for j, box in boxes.items() if box}
+def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
+    """The boxes of bodies with values, by the number of their joint, and which are reduced to points: far too long."""
+    numbered = ((j, box_of(joint.body, values)) for j, joint in _enumerate_joints(machine))
+    boxes = {j: box for j, box in numbered if box}
+    lengths = {j: float(np.linalg.norm(box.edges)) for j, box in boxes.items()}
+    machine_length = max(float(np.linalg.norm(np.ptp(T[:, :3, 3], axis=0))), float(np.median([*lengths.values(), 0.0])))
+    giants = [j for j, length in lengths.items() if length > LARGEST_BODY * machine_length > 0]
+    return boxes | {j: replace(boxes[j], edges=np.zeros(3)) for j in giants}, giants
 
 
-def _remarks(placements: Placements, boxes: Mapping[int, Box]) -> Iterator[str]:
+def _remarks(placements: Placements, boxes: Mapping[int, Box], giants: Sequence[int]) -> Iterator[str]:
     """Lines about parts that a figure omits or draws differently."""
     machine = placements.machine
     if placements.not_given:
@@ -145,23 +149,11 @@ def _remarks(placements: Placements, boxes: Mapping[int, Box]) -> Iterator[str]:
         yield "base parameters are those of no bodies: so no bodies are drawn"
     elif unknown:
         yield f"bodies without usable values are not drawn: {', '.join(unknown)}"
-    flat = [machine.joint(j).name for j, box in boxes.items() if not box.is_exact]
-    if flat:
-        yield f"no evenly filled box has the inertia of these bodies, which are cubes: {', '.join(flat)}"
+    if giants:
+        names = ", ".join(machine.joint(j).name for j in giants)
+        yield f"bodies over {LARGEST_BODY:g} times as long as the machine are drawn as balls: {names}"
     if len(machine.joints) >= MOST_NAMED:
         yield f"more than {MOST_NAMED} frames: names are left out"
-
-
-def upward(machine: Machine, values: Mapping[str, float]) -> Array:
-    """Return the direction (3,) against gravity; z without gravity, and an axis whose gravity has no value."""
-    gravity = np.array([_value(x, values) for x in machine.base.gravity])
-    unknown = np.isnan(gravity)
-    size = 0.0 if unknown.any() else float(np.linalg.norm(gravity))
-    return np.asarray(0.0 - gravity / size if size > 0 else np.eye(3)[int(np.argmax(unknown)) if unknown.any() else 2])
-
-
-def _value(formula: Formula, values: Mapping[str, float]) -> float:
-    return formula.value(values) if formula.names <= values.keys() else math.nan
 
 
 def _enumerate_joints(machine: Machine) -> Iterator[tuple[int, Joint]]:
@@ -182,25 +174,14 @@ def _marks(machine: Machine) -> Iterator[Mark]:
 
 
 def _room(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> Array:
-    """Return the corners (2, 3) of the space around all origins, and around bodies near them."""
-    origins = T[:, :3, 3]
-    points = [origins]
-    for j, box in boxes.items():
-        centred = T[j] @ box.placement
-        points.append((CORNERS * box.edges * box.is_exact) @ centred[:3, :3].T + centred[:3, 3])
-    around = _corners(np.concatenate(points))
-    size = float(np.linalg.norm(around[1] - around[0]))
+    """Return the corners (2, 3) of the space around all origins and bodies."""
+    points = np.concatenate(
+        [T[:, :3, 3], *(transform(T[j] @ box.placement, CORNERS * box.edges) for j, box in boxes.items())]
+    )
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if not size <= LARGEST:
         what = f"the machine is {size:.3g} m large: {LARGEST:g} m is the largest that is drawn: check units"
         raise InputError(machine.label, "joints", what)
-    low, high = _corners(origins)
-    usual = float(np.median([np.linalg.norm(box.edges) * box.is_exact for box in boxes.values()])) if boxes else 0.0
-    across = float(np.linalg.norm(high - low))
-    aside = usual if across < APART * usual else NEAR * across
-    return np.clip(around, low - aside, high + aside) if aside > 0 else around
-
-
-def _corners(points: Array) -> Array:
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
@@ -218,9 +199,13 @@ def _unit(machine: Machine, T: Array, extent: float) -> float:
     return max(min(UNIT * extent, SHARE * usual), LEAST * extent)
 
 
-def _body(j: int, box: Box, unit: float) -> Solid:
-    a, b, c = np.maximum(box.edges if box.is_exact else np.full(3, CENTRE * unit), THIN * unit).tolist()
-    return Solid(j, BODY, Shape.BOX, box.placement, (a, b, c))
+def _body(T: Array, j: int, box: Box, unit: float) -> Solid:
+    """The body of frame j: a box, outlined where it contains at least half of all origins; a ball for a point."""
+    if not box.edges.any():
+        return Solid(j, BODY, Shape.BALL, box.placement, (BALL * unit,) * 3)
+    within = np.abs(transform(inverse(T[j] @ box.placement), T[:, :3, 3])) <= box.edges * (0.5 + ROUNDING)
+    a, b, c = np.maximum(box.edges, THIN * unit).tolist()
+    return Solid(j, BODY, Shape.BOX, box.placement, (a, b, c), 2 * int(within.all(axis=1).sum()) >= len(T))
 
 
 # Bodies as boxes of equal inertia: the same mass, centre of mass and inertia tensor, evenly filled.
@@ -228,24 +213,23 @@ def _body(j: int, box: Box, unit: float) -> Solid:
 class Box:
     """A box in the frame of its body: `placement` (4, 4) of its centre, its axes the principal ones, `edges` (3,) m.
 
-    `is_exact` is False where no evenly filled box has this inertia; the edge that would be imaginary is then 0.
+    `edges` are 0 where no evenly filled box has this inertia.
     """
 
     placement: Array
     edges: Array
     mass: float
-    is_exact: bool = True
 
 
 def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
-    """Return the box of equal inertia; None for a body without mass, or with infinite values.
+    """Return the box of equal inertia; None for a body without mass or centre of mass, or with infinite values.
 
-    The edges a, b, c fulfil I_x = m (b^2 + c^2) / 12 and so on about the principal axes.
+    The edges a, b, c fulfil I_x = m (b^2 + c^2) / 12 and so on about the principal axes. A tensor without value counts
+    as 0.
     """
-    cells = (body.mass, *body.moments, *body.inertia)
-    if not all(cell.names <= values.keys() for cell in cells):
-        return None
-    mass, *further = (_number(cell, values) for cell in cells)
+    mass, *further = (number_or_nan(cell, values) for cell in (body.mass, *body.moments, *body.inertia))
+    if not all(cell.names <= values.keys() for cell in body.inertia):
+        further[3:] = [0.0] * 6
     if not (mass > 0 and np.isfinite(further).all()):
         return None
     with np.errstate(over="ignore", invalid="ignore"):
@@ -257,15 +241,9 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
     placement = np.eye(4)
     placement[:3, :3], placement[:3, 3] = _along_frame(axes), centre
     squares = squares[_order(axes)]
-    least = -ROUNDING * float(np.abs(squares).max(initial=0.0))
-    return Box(placement, np.sqrt(np.maximum(squares, 0.0)), mass, bool((squares >= least).all()))
-
-
-def _number(formula: Formula, values: Mapping[str, float]) -> float:
-    try:
-        return formula.value(values)
-    except (ArithmeticError, ValueError):
-        return math.nan
+    if squares.min() < -ROUNDING * float(np.abs(squares).max()):
+        squares = np.zeros(3)
+    return Box(placement, np.sqrt(np.maximum(squares, 0.0)), mass)
 
 
 def _about_centre(body: Body, mass: float, moments: Array) -> tuple[Array, Array]:

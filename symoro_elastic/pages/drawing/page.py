@@ -126,7 +126,7 @@ def page_data(page: ShownMachine) -> dict[str, Any]:
         "joints": [_joint(machine, j, x, figure) for j, x in zip(machine.independent, page.q, strict=True)],
         "leaves": _leaves(machine),
         "stands": not machine.degrees_of_base,
-        "modes": [modes_data(mode_set, figure.extent) for mode_set in page.modes],
+        "modes": [modes_data(mode_set, figure) for mode_set in page.modes],
         "motions": motions_data(page.motions),
         "palettes": {"light": _colours(LIGHT), "dark": _colours(DARK)},
     }
@@ -176,6 +176,7 @@ def _solid(solid: Solid) -> dict[str, Any]:
         "shape": solid.shape,
         "at": at,
         "size": round_significant(list(solid.size)),
+        "outlined": solid.outlined,
     }
 
 

@@ -9,7 +9,7 @@ from symoro_elastic.foundation.output_files import write_file
 from symoro_elastic.foundation.pictures import new_figure, picture
 from symoro_elastic.pages.drawing.figure import BODY
 from symoro_elastic.pages.drawing.palette import LIGHT
-from symoro_elastic.pages.drawing.projection import Drawn
+from symoro_elastic.pages.drawing.projection import OUTLINE, Drawn
 from symoro_elastic.pages.drawing.svg import Picture, svg
 
 PIXELS = 96.0
@@ -60,6 +60,7 @@ def _plot(axes: Any, part: Drawn, order: int) -> None:
         axes.plot(x, y, color=LIGHT.roles[part.role], linewidth=1.1, zorder=order)
         return
     clear = CLEAR if part.role == BODY else 1.0
-    axes.fill(x, y, facecolor=LIGHT.shade(part.role, part.shade), edgecolor="none", alpha=clear, zorder=order)
+    if part.shade != OUTLINE:
+        axes.fill(x, y, facecolor=LIGHT.shade(part.role, part.shade), edgecolor="none", alpha=clear, zorder=order)
     edge = {"color": LIGHT.outline(part.role), "linewidth": 0.6, "alpha": min(1.0, 1.6 * clear)}
     axes.plot([*x, x[0]], [*y, y[0]], zorder=order, **edge)

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.models.bound.viewing import view_axes
 from symoro_elastic.pages.drawing.figure import BODY, CORNERS, Figure
 from symoro_elastic.pages.drawing.joint_shapes import AXES
-from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip
+from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip, transform
 
-AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
-"""Of the eye, from the front of the machine towards its right, and above the horizon."""
 ROUND = 24
 CIRCLE = np.array([[np.cos(2 * np.pi * k / ROUND), np.sin(2 * np.pi * k / ROUND), 0.0] for k in range(ROUND)])
 """Corners of a circle, of radius 1."""
 LIGHT_FROM = np.array([-0.35, 0.75, 0.55])
 """Where the light comes from: from the left, from above and from the eye."""
 LIT, DARK = 0.62, 0.15
+OUTLINE = 3
+"""The shade of a transparent area."""
+GHOST, ARROW = "ghost", "arrow"
 LAYERS = {"base": 0, BODY: 1}
 """What is drawn first, so that joints are seen through bodies."""
 FACES = (
@@ -43,7 +45,7 @@ class View:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A closed area, or an open line: points (N, 2) m, y down; `shade` 0 to 2 of an area, from light to dark."""
+    """A closed area, or an open line: points (N, 2) m, y down; `shade` of an area: 0 light to 2 dark, or OUTLINE."""
 
     role: str
     points: Array
@@ -67,17 +69,15 @@ class Projection:
         parts = [part for shape in self.figure.shapes for part in self._project(shape)]
         return sorted(parts, key=lambda part: (part.layer, round(part.near, 9)))
 
-    @cached_property
-    def outline(self) -> Array:
-        """Points (N, 2) m around a picture: all shapes, bodies only within the room."""
-        points = [part.points for part in self.back_to_front if part.role != BODY]
-        low, high = self.figure.room
-        for solid in self.figure.solids:
-            if solid.role == BODY:
-                centred = self.T[solid.frame] @ solid.placement
-                corners = (CORNERS * np.array(solid.size)) @ centred[:3, :3].T + centred[:3, 3]
-                points.append(self.view.of(np.clip(corners, low, high))[:, :2])
-        return np.concatenate(points)
+    @property
+    def ghost(self) -> list[Drawn]:
+        """Outlines of the solids but the base."""
+        solids = (part for part in self.back_to_front if part.closed and part.role != "base")
+        return [replace(part, role=GHOST, shade=OUTLINE) for part in solids]
+
+    def arrow(self, line: Array) -> Drawn:
+        """Return a line of an arrow, (N, 3) m in frame 0."""
+        return Drawn(ARROW, self.view.of(line)[:, :2], False)
 
     def anchors(self) -> Array:
         """Return the origins of named frames on paper, (N, 2) m."""
@@ -88,24 +88,23 @@ class Projection:
             yield self._line(shape)
             return
         centred = self.T[shape.frame] @ shape.placement
-        faces = self._box(shape, centred) if shape.shape is Shape.BOX else self._cylinder(shape, centred)
+        faces = {Shape.BOX: self._box, Shape.CYLINDER: self._cylinder, Shape.BALL: self._ball}[shape.shape]
         layer = LAYERS.get(shape.role, 2)
-        for points, normal in faces:
-            projected = self.view.of(points)
-            yield Drawn(shape.role, projected[:, :2], True, _shade(normal), layer, float(projected[:, 2].mean()))
+        for points, normal in faces(shape, centred):
+            projected, shade = self.view.of(points), OUTLINE if shape.outlined else _shade(normal)
+            yield Drawn(shape.role, projected[:, :2], True, shade, layer, float(projected[:, 2].mean()))
 
     def _line(self, wire: Wire) -> Drawn:
         j, figure = wire.frame, self.figure
         T, before = ((frames[figure.antecedents[j]], frames[j]) for frames in (self.T, figure.reference))
         moved = slip(inverse(T[0]) @ T[1], inverse(before[0]) @ before[1], figure.slides[j])
-        points = bend(wire, moved, figure.slides[j])
-        projected = self.view.of(points @ self.T[j][:3, :3].T + self.T[j][:3, 3])
+        projected = self.view.of(transform(self.T[j], bend(wire, moved, figure.slides[j])))
         layer = 3 if wire.role in AXES else 2
         return Drawn(wire.role, projected[:, :2], False, 1, layer, float(projected[:, 2].mean()))
 
     def _box(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
         """The faces towards the eye, and their normals in the view."""
-        corners = (CORNERS * np.array(solid.size)) @ T[:3, :3].T + T[:3, 3]
+        corners = transform(T, CORNERS * np.array(solid.size))
         for face, axis, sense in FACES:
             normal = self.view.axes @ T[:3, axis] * sense
             if normal[2] > 1e-9:
@@ -115,25 +114,21 @@ class Projection:
         """The outline of the side, and the end towards the eye."""
         circle = CIRCLE * np.array(solid.size) / 2
         along = T[:3, 2] * solid.size[2] / 2
-        ends = [circle @ T[:3, :3].T + T[:3, 3] + way for way in (-along, along)]
+        ends = [transform(T, circle) + way for way in (-along, along)]
         both = np.concatenate(ends)
         side = self.view.axes @ T[:3, 2]
         yield both[hull(self.view.of(both)[:, :2])], np.array([-side[1], side[0], 0.0]) * (1 if side[0] >= 0 else -1)
         if abs(side[2]) > 1e-9:
             yield ends[int(side[2] > 0)], side * np.sign(side[2])
 
+    def _ball(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
+        """The circle around a ball, and the direction to the eye."""
+        yield CIRCLE * solid.size[0] / 2 @ self.view.axes + T[:3, 3], np.array([0.0, 0.0, 1.0])
+
 
 def view_of(figure: Figure) -> View:
-    """Return the view from the front, from the right and from above: x to the right as far as up allows."""
-    up = figure.up
-    across = np.eye(3)[int(abs(up[0]) > 0.9)]
-    right = across - up * float(across @ up)
-    right = right / np.linalg.norm(right)
-    back = np.cross(up, right)
-    eye = np.cos(ELEVATION) * (np.sin(AZIMUTH) * right - np.cos(AZIMUTH) * back) + np.sin(ELEVATION) * up
-    aside = np.cross(up, eye)
-    aside = aside / np.linalg.norm(aside)
-    return View(np.stack([aside, np.cross(eye, aside), eye]))
+    """Return the view of pictures: from the front, from the right and from above."""
+    return View(view_axes(figure.up))
 
 
 def _shade(normal: Array) -> int:

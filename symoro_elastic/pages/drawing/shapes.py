@@ -9,19 +9,23 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 
+HEAD = 0.3
+"""Of an arrow's length: that of its head, which is as wide."""
+
 
 class Shape(StrEnum):
-    """Shape of a solid: a box with edges along x, y, z, or a cylinder about z."""
+    """Shape of a solid: a box with edges along x, y, z, a cylinder about z, or a ball."""
 
     BOX = "box"
     CYLINDER = "cylinder"
+    BALL = "ball"
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A box or a cylinder fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
+    """A box, a cylinder or a ball fixed to a frame: placement (4, 4) of its centre there, size along x, y, z, m.
 
-    `role` is its meaning, which determines its colour.
+    `role` is its meaning, which determines its colour; the faces of an `outlined` one are transparent.
     """
 
     frame: int
@@ -29,6 +33,7 @@ class Solid:
     shape: Shape
     placement: Array
     size: tuple[float, float, float]
+    outlined: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,10 +59,23 @@ def placement(x: Array, R: Array | None = None) -> Array:
     return T
 
 
+def arrow(start: Array, way: Array) -> list[Array]:
+    """Return the lines (2 or 3, 3) of an arrow along a vector (3,) other than zero: its shaft and pairs of barbs."""
+    tip, length, axes = start + way, float(np.linalg.norm(way)), axes_along(way)
+    back = tip - HEAD * length * axes[:, 2]
+    barbs = [[back + sense * HEAD / 2 * length * axes[:, k] for sense in (1, -1)] for k in (0, 1)]
+    return [np.stack([start, tip]), *(np.stack([one, tip, other]) for one, other in barbs)]
+
+
 def inverse(T: Array) -> Array:
     """Return the inverse of a placement (4, 4)."""
     R = T[:3, :3].T
     return placement(-R @ T[:3, 3], R)
+
+
+def transform(T: Array, points: Array) -> Array:
+    """Return points (N, 3) of a frame with the placement T (4, 4) in the frame that this refers to."""
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3])
 
 
 def axes_along(z: Array) -> Array:

@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT
-from symoro_elastic.pages.drawing.projection import Drawn, Projection, view_of
+from symoro_elastic.pages.drawing.projection import GHOST, OUTLINE, Drawn, Projection, view_of
 
 HEIGHT, GAP = 15.0, 4.0
 """Of a line of text, and around it, px."""
@@ -42,7 +42,7 @@ LEGEND = {
     "passive": "passive joint",
     "coupled": "coupled joint",
     "cut": "cut joint of a loop",
-    BODY: "body of equal inertia",
+    BODY: "body (box of equal inertia, or ball)",
 }
 
 
@@ -61,18 +61,25 @@ class Picture:
         return legend_of({part.role for part in self.drawn})
 
 
-def picture_of(figure: Figure, T: Array | None = None) -> Picture:
-    """Return the picture of a machine with frames at placements T (1 + rows, 4, 4), by default the figure's."""
+def picture_of(figure: Figure, T: Array | None = None, arrows: Sequence[Array] = ()) -> Picture:
+    """Return the picture of a machine with frames at placements T (1 + rows, 4, 4), by default the figure's.
+
+    With lines (N, 3) of `arrows`, m, in frame 0, outlines of the figure at its own placements are a ghost behind it.
+    """
     projection = Projection(figure, figure.reference if T is None else T, view_of(figure))
-    low, spread = projection.outline.min(axis=0), np.ptp(projection.outline, axis=0)
+    drawn = projection.back_to_front
+    if arrows:
+        drawn = [*replace(projection, T=figure.reference).ghost, *drawn, *map(projection.arrow, arrows)]
+    outline = np.concatenate([part.points for part in drawn])
+    low, spread = outline.min(axis=0), np.ptp(outline, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
-    parts = [replace(part, points=(part.points - low) * scale) for part in projection.back_to_front]
-    obstacles = [part.points for part in parts if part.role not in (BODY, "base", *AXES)]
+    parts = [replace(part, points=(part.points - low) * scale) for part in drawn]
+    obstacles = [part.points for part in parts if part.role not in (BODY, "base", GHOST, *AXES)]
     boxes = np.array([[*points.min(axis=0), *points.max(axis=0)] for points in obstacles])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
     labels = place_labels(names, anchors, boxes.reshape(-1, 4))
-    return Picture(parts, labels, _edges((projection.outline - low) * scale, labels), figure)
+    return Picture(parts, labels, _edges((outline - low) * scale, labels), figure)
 
 
 def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:
@@ -95,7 +102,6 @@ def svg(picture: Picture, dark: bool = True) -> str:
     It follows the colours that a reader prefers; without `dark` it is for light paper only.
     """
     left, top, right, bottom = picture.box
-    paper = tuple(_text(x) for x in (left, top, right - left, bottom - top))
     legend = _legend(picture.legend, left, right, bottom)
     remarks = picture.figure.remarks
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
@@ -104,7 +110,6 @@ def svg(picture: Picture, dark: bool = True) -> str:
         title=escape(f"Machine {picture.figure.title}: {joint_counts(picture.figure)}"),
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
-        paper=paper,
         light=_style(picture, dark=False),
         dark=_style(picture, dark=True) if dark else [],
         shapes=[_shape(part) for part in picture.drawn],
@@ -174,7 +179,8 @@ def _style(picture: Picture, dark: bool) -> list[str]:
     rules = [f".label {{ fill: {palette.ink}; stroke: {palette.paper} }}", f".dot {{ fill: {palette.ink} }}"]
     rules += [f".leader {{ stroke: {palette.faint} }}", f".note {{ fill: {palette.faint} }}"]
     used = sorted({(part.role, part.shade) for part in picture.drawn if part.closed})
-    rules += [f".{role}.s{shade} {{ fill: {palette.shade(role, shade)} }}" for role, shade in used]
+    fills = {(role, shade): "none" if shade == OUTLINE else palette.shade(role, shade) for role, shade in used}
+    rules += [f".{role}.s{shade} {{ fill: {fill} }}" for (role, shade), fill in fills.items()]
     for role in sorted({part.role for part in picture.drawn}):
         lines = palette.roles[role]
         rules += [f".{role} {{ stroke: {palette.outline(role)} }}", f".{role}.line {{ stroke: {lines} }}"]

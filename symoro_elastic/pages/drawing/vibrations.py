@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.vibration.drawn_modes import DrawnMode, DrawnPoints, drawn_modes
 from symoro_elastic.analysis.vibration.linearization import Linearization, with_motors
 from symoro_elastic.analysis.vibration.modes import (
     Modes,
@@ -21,10 +22,10 @@ from symoro_elastic.analysis.vibration.modes import (
 )
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.pages.drawing.figure import CORNERS, Figure
 from symoro_elastic.pages.drawing.motions import round_significant
+from symoro_elastic.pages.drawing.shapes import arrow, transform
 
-SEEN, LEVER = 0.04, 0.35
-"""Of the extent: how far the farthest frame moves at full amplitude, and the lever on which a rotation counts."""
 MOST_MODES = 60
 LEAST_SHARE = 0.005
 HELD, FREE = "motors held", "motors free"
@@ -56,40 +57,53 @@ def _set(title: str, linear: Linearization, locked: Sequence[str]) -> ModeSet:
         return ModeSet(title, None, error.what)
 
 
-def modes_data(mode_set: ModeSet, extent: float) -> dict[str, Any]:
+def corners_of(figure: Figure) -> DrawnPoints:
+    """Return the corners of all solids of a figure at its own placements."""
+    corners = ((figure.reference[x.frame] @ x.placement, CORNERS * np.array(x.size)) for x in figure.solids)
+    frames = np.repeat([solid.frame for solid in figure.solids], len(CORNERS)).astype(int)
+    points = np.array([transform(*pair) for pair in corners]).reshape(-1, 3)
+    return DrawnPoints(points, frames, figure.reference[frames, :3, 3], figure.extent)
+
+
+def changes_of(modal: Modes, mode: DrawnMode) -> Array:
+    """Return the change of q (n,) by a mode at full amplitude."""
+    change = np.zeros(len(modal.linear.state.q))
+    change[list(modal.linear.kept)] = modal.shapes[:, mode.k] * mode.factor
+    return change
+
+
+def arrows_of(mode: DrawnMode, drawn: DrawnPoints) -> list[Array]:
+    """Return the lines (N, 3), m, of arrows where a mode moves most."""
+    return [line for i in mode.arrows for line in arrow(drawn.points[i], mode.displacements[i])]
+
+
+def modes_data(mode_set: ModeSet, figure: Figure) -> dict[str, Any]:
     """Return the data of a set of modes for a page: the lowest, their shapes (n,) in q at full amplitude."""
     if mode_set.modal is None:
         return {"title": mode_set.title, "refused": mode_set.refused, "modes": [], "count": 0}
     modal = mode_set.modal
-    strain, kinetic = strain_shares(modal), kinetic_shares(modal)
-    displacements = frame_shapes(modal)
-    indices = range(min(len(modal.eigenvalues), MOST_MODES))
+    energies, corners, motions = (strain_shares(modal), kinetic_shares(modal)), corners_of(figure), frame_shapes(modal)
+    drawn = drawn_modes(modal, range(min(len(modal.eigenvalues), MOST_MODES)), corners)
     return {
         "title": mode_set.title,
         "refused": "",
         "count": len(modal.eigenvalues),
-        "modes": [_mode(modal, k, displacements[:, :, k], extent, strain, kinetic) for k in indices],
+        "modes": [
+            _mode(modal, mode, motions[:, :, mode.k], *energies)
+            | {"arrows": [round_significant(line, 6) for line in arrows_of(mode, corners)]}
+            for mode in drawn
+        ],
     }
 
 
-def full_shapes(modal: Modes, some: Sequence[int], extent: float) -> Array:
-    """Return the changes of q (modes, n) by some modes at full amplitude, for a machine of an extent, m."""
-    displacements, shapes = frame_shapes(modal), np.zeros((len(some), len(modal.linear.state.q)))
-    for shape, k in zip(shapes, some, strict=True):
-        shape[list(modal.linear.kept)] = modal.shapes[:, k] * _amplitude(displacements[:, :, k], extent)
-    return shapes
-
-
-def _mode(modal: Modes, k: int, frames: Array, extent: float, strain: Shares, kinetic: Shares) -> dict[str, Any]:
-    shape, amplitude = np.zeros(len(modal.linear.state.q)), _amplitude(frames, extent)
-    shape[list(modal.linear.kept)] = modal.shapes[:, k] * amplitude
-    ratio = float(modal.damping_ratios[k])
+def _mode(modal: Modes, mode: DrawnMode, motion: Array, strain: Shares, kinetic: Shares) -> dict[str, Any]:
+    k, ratio = mode.k, float(modal.damping_ratios[mode.k])
     return {
         "hertz": round_significant(modal.frequencies[k]),
         "growth": round_significant(modal.growth[k]),
         "damping": None if math.isnan(ratio) else round_significant(ratio),
-        "shape": round_significant(shape),
-        "most": _most(modal, frames * amplitude),
+        "shape": round_significant(changes_of(modal, mode)),
+        "most": _most(modal, mode.factor * motion),
         "strain": _largest(strain, k),
         "kinetic": _largest(kinetic, k),
     }
@@ -103,13 +117,6 @@ def _most(modal: Modes, displacements: Array) -> dict[str, Any]:
         if far.max(initial=0.0) > 0:
             return {"frame": names[int(np.argmax(far))], "far": round_significant(far.max()), "unit": unit}
     return {"frame": "", "far": 0.0, "unit": "m"}
-
-
-def _amplitude(displacements: Any, extent: float) -> float:
-    """Return the factor that makes a mode visible: displacements (frames, 6) become a fraction of the extent."""
-    translation, rotation = (float(np.abs(x).max(initial=0.0)) for x in (displacements[:, :3], displacements[:, 3:]))
-    far = max(translation, LEVER * extent * rotation)
-    return SEEN * extent / far if far > 0 else 0.0
 
 
 def _largest(shares: Shares, k: int) -> list[list[Any]]:

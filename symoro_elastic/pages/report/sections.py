@@ -14,6 +14,7 @@ import numpy as np
 
 from symoro_elastic.analysis.control.control import control_at
 from symoro_elastic.analysis.ladder.rungs import Ladder
+from symoro_elastic.analysis.vibration.drawn_modes import MOST_PICTURES, drawn_modes
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid, strain_shares
 from symoro_elastic.analysis.vibration.plots import bode
@@ -41,14 +42,12 @@ from symoro_elastic.numerics.verification.verify import Verification
 from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines
 from symoro_elastic.pages.drawing.figure import Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.svg import joint_counts, picture_of, svg
-from symoro_elastic.pages.drawing.vibrations import full_shapes
+from symoro_elastic.pages.drawing.vibrations import arrows_of, changes_of, corners_of
 from symoro_elastic.pages.equations.page import HTML, content
 from symoro_elastic.pages.show import axes_table
 from symoro_elastic.symbolic.program import OperationCount
 
 MANY_DIGITS = re.compile(r"(?<![\w.])\d+\.\d{7,}(?:e[-+]?\d+)?(?![\w.])")
-
-MOST_PICTURES = 6
 
 TEXTBOOK = ("inertia_matrix", "bias_forces")
 MOST_LINES = 24
@@ -336,16 +335,17 @@ def machine_image(placements: Placements) -> str:
 
 
 def mode_images(modal: Modes, placements: Placements) -> Iterator[str]:
-    """Return a picture of each of the lowest modes, at full amplitude."""
+    """Return a picture of each of the lowest modes at full amplitude, with a ghost of the rest position and arrows."""
     q = modal.linear.state.q
     figure = figure_of(placements, q)
+    corners = corners_of(figure)
     strain = strain_shares(modal)
     vibrating = [int(k) for k in np.flatnonzero(modal.frequencies > 0)][:MOST_PICTURES]
-    for k, shape in zip(vibrating, full_shapes(modal, vibrating, figure.extent), strict=True):
-        name, share = strain.largest(k)
+    for mode in drawn_modes(modal, vibrating, corners):
+        k, (name, share) = mode.k, strain.largest(mode.k)
         said_of = f"Mode {k + 1}: {modal.frequencies[k]:.4g} Hz, {share:.0%} of the strain energy in {name}"
-        T = placements.at(q + shape)
-        yield image(svg(picture_of(figure, T)), said_of, said_of)
+        T = placements.at(q + changes_of(modal, mode))
+        yield image(svg(picture_of(figure, T, arrows_of(mode, corners))), said_of, said_of)
 
 
 # Sections of a page, as HTML: texts of a machine are escaped where they become part of one.

@@ -38,7 +38,7 @@ def test_springs_in_a_row() -> None:
     """Compliances add up, and so do energies F^2 / 2 k; the peak is that of the matrices on a fine grid."""
     found = response(hold=["all"])
     (one,) = found.stiffnesses
-    assert one.output == "second.z" and one.stiffness_unit == "N/m"
+    assert one.output == "second.z" and one.stiffness_unit == "N/um"
     assert one.static == pytest.approx(1 / K[0] + 1 / K[1], rel=1e-12)
     assert one.held_by == pytest.approx({"second": 0.8, "first": 0.2}, rel=1e-9)
     assert next(iter(one.held_by)) == "second"
@@ -51,7 +51,7 @@ def test_springs_in_a_row() -> None:
     x = (u[k] / u[k, 1]).real
     energies = np.array(K) * np.array([x[0], x[1] - x[0]]) ** 2
     assert one.shaken_by["second"] == pytest.approx(energies[1] / energies.sum(), rel=1e-3)
-    assert "second.z under second.fz: 8000 N/m at rest, limited by second (80%" in "\n".join(map(str, found.parts()))
+    assert "second.z under second.fz: 0.008 N/um at rest, limited by second (80%" in "\n".join(map(str, found.parts()))
     assert found.as_json()["stiffnesses"][0]["held_by"]["first"] == pytest.approx(0.2)
 
 

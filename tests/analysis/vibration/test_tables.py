@@ -166,7 +166,7 @@ def test_pictures_of_responses_have_names_of_their_own(tmp_path: Path, recwarn: 
 def test_a_bode_plot_has_a_scale_for_each_unit() -> None:
     linear = linearized(drive(), ins=["motor"], outs=["motor.q", "load.z", "load.az"])
     figure = frequency_response(linear, np.array([1.0, 2.0])).plot()
-    assert [axis.get_ylabel() for axis in figure.axes] == ["magnitude, m / N", "magnitude, m/s2 / N", "phase, deg"]
+    assert [axis.get_ylabel() for axis in figure.axes] == ["magnitude, um / N", "magnitude, m/s2 / N", "phase, deg"]
     legends = [[text.get_text() for text in axis.get_legend().get_texts()] for axis in figure.axes[:2]]
     assert legends == [["motor.q", "load.z"], ["load.az"]]
 

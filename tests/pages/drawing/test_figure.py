@@ -15,10 +15,10 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.bound.joint_axes import placed_machine
-from symoro_elastic.pages.drawing.figure import CORNERS, UNIT, Figure, Placements, figure_of, placements_of
+from symoro_elastic.pages.drawing.figure import BALL, CORNERS, UNIT, Figure, Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.projection import view_of
-from symoro_elastic.pages.drawing.shapes import Shape, Wire, bend, inverse, slip
-from symoro_elastic.pages.drawing.svg import machine_picture
+from symoro_elastic.pages.drawing.shapes import Shape, Wire, bend, inverse, slip, transform
+from symoro_elastic.pages.drawing.svg import machine_picture, picture_of, svg
 from tests.command_line import EXAMPLES
 
 CLOSED = Path(__file__).parents[2] / "closed_chains" / "machines"
@@ -148,29 +148,50 @@ def test_what_has_no_value_is_said() -> None:
     assert figure("two_axis.toml").remarks == ()
 
 
-def test_bodies_that_cannot_be_are_said_to_be() -> None:
-    """One long axis with an inertia about it alone; and base parameters, which are those of no bodies."""
+def test_bodies_without_a_box_are_balls() -> None:
+    """An inertia about one axis alone needs no remark; base parameters have no bodies."""
     two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
     body = replace(two_r.joints[0].body, inertia=tuple(map(Formula.parse, (1, 0, 0, 0, 0, 0))))
     wrong = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=body), *two_r.joints[1:])))
-    (remark,) = figure_of(wrong, wrong.start).remarks
-    assert remark == "no evenly filled box has the inertia of these bodies, which are cubes: shoulder"
+    found = figure_of(wrong, wrong.start)
+    assert found.remarks == () and Shape.BALL in {solid.shape for solid in found.solids if solid.role == "body"}
     grouped = placements_of(replace(two_r, is_grouped=True))
     found = figure_of(grouped, grouped.start)
     assert "base parameters" in found.remarks[0] and not any(shape.role == "body" for shape in found.shapes)
 
 
-def test_axes_through_one_point_hide_no_body() -> None:
-    """Where origins are together, the room is that of the bodies."""
+def all_points(found: Figure) -> np.ndarray:
+    placed = ((found.reference[x.frame] @ x.placement, CORNERS * x.size) for x in found.solids if x.role == "body")
+    return np.concatenate([found.reference[:, :3, 3], *(transform(*pair) for pair in placed)])
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_the_room_contains_all_origins_and_bodies(name: str) -> None:
+    found, moved = placements(name), placements(name).position(MOVED[name])
+    for drawn in (figure(name), figure_of(found, moved)):
+        points, thin = all_points(drawn), 0.5 * BALL * drawn.unit
+        assert (points >= drawn.room[0] - thin).all() and (points <= drawn.room[1] + thin).all()
+
+
+def test_bodies_around_the_joints_are_outlines() -> None:
+    """Axes through one point, in bodies of 0.5 m; a link beside its joint is filled."""
     joints = [{"name": x, "kind": "motor", "sigma": 1, "alpha": "pi/2", "r": f"q_{x}"} for x in "xyz"]
     bodies = {x: {"mass": 60, "center_of_mass": [0, 0.1, 0], "inertia": [2, 3, 2]} for x in "xyz"}
     gantry = placements_of(se.read({"name": "gantry", "gravity": [0, 0, -9.81], "joints": joints, "bodies": bodies}))
     found = figure_of(gantry, gantry.start)
-    for solid in found.solids:
-        corners = (CORNERS * solid.size) @ solid.placement[:3, :3].T + solid.placement[:3, 3]
-        placed = corners @ found.reference[solid.frame][:3, :3].T + found.reference[solid.frame][:3, 3]
-        if solid.role == "body":
-            assert (placed >= found.room[0] - 1e-12).all() and (placed <= found.room[1] + 1e-12).all()
+    assert [solid.outlined for solid in found.solids if solid.role == "body"] == [True] * 3
+    assert "body s3" in svg(picture_of(found))
+    assert not all(solid.outlined for solid in figure("gantry.toml").solids if solid.role == "body")
+
+
+def test_a_body_far_longer_than_the_machine_is_a_ball() -> None:
+    """A bed of 60 m under an arm of 0.9 m."""
+    two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
+    heavy = replace(two_r.joints[0].body, inertia=tuple(map(Formula.parse, (1, 0, 0, 3000, 0, 3000))))
+    long = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=heavy), *two_r.joints[1:])))
+    found = figure_of(long, long.start)
+    assert found.remarks == ("bodies over 8 times as long as the machine are drawn as balls: shoulder",)
+    assert found.extent < 3
 
 
 def test_numbers_beyond_all_range_are_refused_or_said() -> None:

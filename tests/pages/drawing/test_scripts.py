@@ -17,6 +17,7 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.pages.drawing.figure import Placements, figure_of, placements_of
+from symoro_elastic.pages.drawing.page import page_data, shown_machine
 from symoro_elastic.pages.drawing.shapes import bend, inverse, slip
 from tests.command_line import EXAMPLES
 
@@ -140,6 +141,52 @@ def test_labels_of_scripts_avoid_each_other_and_the_edges() -> None:
             assert (
                 a["right"] <= b["left"] or b["right"] <= a["left"] or a["bottom"] <= b["top"] or b["bottom"] <= a["top"]
             )
+
+
+CANVAS = """
+const canvas = { addEventListener() {}, removeEventListener() {}, style: {} };
+Object.assign(canvas, { getRootNode: () => canvas, ownerDocument: canvas });
+const material = new THREE.LineBasicMaterial(), painted = { fill: () => material, edge: () => material };
+const frames = new Frames(programs, told.data), figure = new MachineFigure(told.data, frames, painted);
+const corners = () => [...cornersOf(figure.groups)].map(([corner]) => corner);
+const eye = new Eye(told.data, canvas, corners, () => {});
+"""
+SCENES = ("vendor/three.min.js", "space.js", "frames.js", "figure.js", "camera.js")
+
+
+@pytest.mark.thorough
+@needs_node
+@pytest.mark.parametrize("size", [(1000, 900), (390, 420)])
+@pytest.mark.parametrize("name", ["two_axis", "gantry"])
+def test_all_shapes_are_in_the_window_at_every_pose_and_phase(name: str, size: tuple[int, int]) -> None:
+    page = shown_machine(read_machine(MACHINES[name])[0], {})
+    data = page_data(page)
+    shapes = [mode["shape"] for mode_set in data["modes"] for mode in mode_set["modes"]]
+    phases = [page.q + by * np.array(shape) for shape in shapes for by in (-3, -1, 1, 3)]
+    poses = [page.q + sense * np.ones(len(page.q)) for sense in (-0.4, 0.4)]
+    body = f"""
+    Object.assign(eye, {{ width: {size[0]}, height: {size[1]} }});
+    eye.look("Home");
+    console.log(JSON.stringify(told.positions.map((q) => {{
+      figure.place(frames.at(q));
+      eye.keep(corners());
+      const seen = corners().map((p) => p.project(eye.camera));
+      return Math.max(...seen.flatMap(({{ x, y }}) => [Math.abs(x), Math.abs(y)]));
+    }})));
+    """
+    known = {"data": data, "positions": np.array([*phases, *poses]).tolist()}
+    farthest = by_node(programs(page.placements) + script(*SCENES) + CANVAS + body, known)
+    assert len(farthest) == len(phases) + 2 and max(farthest) <= 1 + 1e-9, "1 is the edge of the window"
+
+
+@needs_node
+def test_names_avoid_the_shapes_of_joints() -> None:
+    """A name above a joint has room on the other side of it."""
+    shapes = [{"left": -60, "right": 60, "top": -30 - 25 * k, "bottom": 0} for k in range(3)]
+    moved = [{edge: x + 300 for edge, x in shape.items()} for shape in shapes]
+    body = "console.log(JSON.stringify(placeLabels([told[0]], 600, 600, 10, told[1]).map((one) => one.box)));"
+    (box,) = by_node(script("labels.js") + body, [{"x": 300, "y": 300, "width": 40}, moved])
+    assert box["top"] >= 300
 
 
 def test_parameters_that_are_left_are_refused() -> None:

@@ -15,9 +15,20 @@ import pytest
 from docs.site.moving_picture import moving_picture
 from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.pages.drawing.figure import figure_of, placements_of
 from symoro_elastic.pages.drawing.picture_files import write_picture
 from symoro_elastic.pages.drawing.projection import hull
-from symoro_elastic.pages.drawing.svg import LEGEND, Label, Picture, machine_picture, overlap, place_labels, svg, width
+from symoro_elastic.pages.drawing.svg import (
+    LEGEND,
+    Label,
+    Picture,
+    machine_picture,
+    overlap,
+    picture_of,
+    place_labels,
+    svg,
+    width,
+)
 from tests.command_line import EXAMPLES, refused, run
 
 pytestmark = pytest.mark.sampled(5)
@@ -94,6 +105,29 @@ def test_the_legend_is_within_the_picture(name: str) -> None:
         end = float(one.attrib["x"]) + width(one.text or "")
         assert left < float(one.attrib["x"]) < end < left + across, one.text
         assert top < float(one.attrib["y"]) < top + down
+
+
+@pytest.mark.parametrize("name", ["gantry.toml", "two_axis.toml", "planar_2r.toml"])
+def test_all_that_is_drawn_is_within_the_picture(name: str) -> None:
+    """At the start and with all joints moved, bodies included."""
+    placements = placements_of(machine(name))
+    for q in (placements.start, placements.start + 0.2):
+        drawing = picture_of(figure_of(placements, placements.start), placements.at(q))
+        points = np.concatenate([part.points for part in drawing.drawn])
+        left, top, right, bottom = drawing.box
+        assert (points >= (left, top)).all() and (points <= (right, bottom)).all()
+
+
+def test_a_mode_is_drawn_with_arrows_before_a_ghost_of_the_rest_position() -> None:
+    found = figure_of(placements_of(machine("planar_2r.toml")), placements_of(machine("planar_2r.toml")).start)
+    line = np.array([[0.0, 0, 0], [0, 0, 5]])
+    drawing = picture_of(found, None, [line])
+    roles = [part.role for part in drawing.drawn]
+    solid = [part for part in drawing.drawn if part.closed and part.role not in ("base", "ghost")]
+    assert roles[-1] == "arrow" and roles[0] == "ghost" and roles.count("ghost") == len(solid)
+    assert "ghost" not in [part.role for part in picture_of(found).drawn]
+    left, top, right, bottom = drawing.box
+    assert (drawing.drawn[-1].points >= (left, top)).all() and (drawing.drawn[-1].points <= (right, bottom)).all()
 
 
 def test_names_are_text_and_never_markup() -> None:

@@ -73,7 +73,7 @@ def test_the_summary_answers_first(page: str) -> None:
     assert list(rows) == ["First vibration", "Stiffness at rest", "Cost of a call", "Accuracy", "Warnings"]
     assert "is limited by arm (100% of its strain energy)" in rows["First vibration"]
     assert rows["Stiffness at rest"].startswith(
-        f"tool.y under tool.fy: {1000 / 0.5**2:.4g} N/m at rest, limited by arm"
+        f"tool.y under tool.fy: {1e-6 * 1000 / 0.5**2:.4g} N/um at rest, limited by arm"
     )
     assert re.search(r"inverse dynamics \d+x \d+\+", rows["Cost of a call"]) and "within its bound" in rows["Accuracy"]
     assert rows["Warnings"] == "none"
