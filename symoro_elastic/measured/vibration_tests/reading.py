@@ -16,10 +16,9 @@ from symoro_elastic.formats.toml.vibration_tests import ListedTest, read_list
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names
-from symoro_elastic.measured.vibration_tests.file_texts import FileResponse
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest, VibrationTests
 from symoro_elastic.measured.vibration_tests.ring_downs import modes_of_ring_down
-from symoro_elastic.measured.vibration_tests.signal_names import Names
+from symoro_elastic.measured.vibration_tests.signal_names import FileResponse, Names
 from symoro_elastic.measured.vibration_tests.tables import (
     FREQUENCY,
     OF_MODES,

@@ -21,7 +21,7 @@ from symoro_elastic.analysis.time_series.clocks import part_of, pieces, tidy
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.logs.even_clock import EvenClock
+from symoro_elastic.measured.logs.filtering import EvenClock
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
