@@ -26,6 +26,7 @@ from symoro_elastic.measured.logs.filtering import (
     shared_noise,
     smooth,
 )
+from symoro_elastic.measured.logs.noise import masked_correlation
 from symoro_elastic.measured.logs.possible import Linear
 from symoro_elastic.measured.logs.regression import Regressor
 
@@ -86,10 +87,7 @@ class Sampled:
     @property
     def correlation(self) -> Array:
         """Correlation of white noise in rows, where some samples of a window do not count, too, (lags, rows, n)."""
-        padded = np.pad(self.scale, ((0, len(self._shared_noise)), (0, 0)))
-        later = np.array([padded[k : k + len(self.scale)] for k in range(len(self._shared_noise))])
-        correlation: Array = self._shared_noise * self.scale * later
-        return correlation
+        return masked_correlation(self._shared_noise, self.scale)
 
     @property
     def every(self) -> int:

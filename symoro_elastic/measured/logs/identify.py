@@ -18,15 +18,13 @@ from symoro_elastic.measured.fitting.estimates import Unknown
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
     FEWEST_ROWS,
-    FROM_DATA,
     Estimation,
     LinearModel,
-    balanced_rows,
     estimate,
     fewest_rows,
     formula,
+    independent_solution,
     refuse_short,
-    solve,
     without_hidden_rows,
 )
 from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
@@ -123,7 +121,9 @@ def identify(
         refuse_wrapped(record, machine)
     step("filter")
     chosen = filter_of(records, _driven(machine), settings.bandwidth) if settings.filtered else None
-    pieces_of_records = [_continuous(record, chosen, machine) for record in records]
+    pieces_of_records = [in_pieces(record, chosen) for record in records]
+    if chosen:
+        pieces_of_records = [[without_spikes(piece, chosen, machine) for piece in some] for some in pieces_of_records]
     step("trace")
     Y = Y or regressor(without_cogging(machine), settings.values)
     step("group")
@@ -219,7 +219,9 @@ class _Stack:
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
             raise InputError(self._source, "tau", f"hardly anything is left of it: {'; '.join(self.of_stays())}")
-        _refuse_zero_torques(self.columns.torques(0.0)[0], self._source)
+        if not self.columns.torques(0.0)[0].any():
+            what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
+            raise InputError(self._source, "tau", what)
         self._plain = self.columns
         self.driven: Estimation | None = None
         self._said: list[str] = []
@@ -267,7 +269,8 @@ class _Stack:
         notes = [*(line for x in self.sampled for line in x.record.warnings), *self.of_stays()]
         notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
         notes += self._unsettled
-        longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
+        by_length = sorted(zip(self._numbers, self.sampled, strict=True), key=lambda pair: len(pair[1].motion.t))
+        longest = [dict(by_length)[k] for k in sorted({*self._numbers})]
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def delays(self) -> Delays | None:
@@ -308,8 +311,7 @@ class _Stack:
         Y, joined = self._equations.Y, self.columns.with_sensor_columns(range(self.columns.offsets.shape[2]), None)[0]
         hidden = [c for c, column in enumerate(Y.columns) if column.label in unseen]
         more = np.concatenate([joined, self._averages_of(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
-        tau = self.columns.torques(0.0)[0]
-        before, after = _residual_percent(joined, tau), _residual_percent(more, tau)
+        before, after = (_residual_percent(columns, self.columns.torques(0.0)[0]) for columns in (joined, more))
         what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
         self._said.append(f"{what} of the torque, {after:.3g} % if they were")
 
@@ -444,8 +446,7 @@ def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:
 
 def _residual_percent(Y: Array, tau: Array) -> float:
     """Return residuals of least squares in per cent of torques, the mean over joints."""
-    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
-    solution = solve(Y[:, :, independent], tau)
+    solution = independent_solution(Y, tau)[1]
     moved = np.flatnonzero(tau.any(axis=0))
     return float(100 * np.mean([np.linalg.norm(solution.residuals[:, k]) / np.linalg.norm(tau[:, k]) for k in moved]))
 
@@ -472,11 +473,6 @@ def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
     return draws_of_records
 
 
-def _samples(numbered: tuple[int, Sampled]) -> tuple[int, int]:
-    """Return the number of a record, and how many samples a piece of it has."""
-    return numbered[0], len(numbered[1].motion.t)
-
-
 def _reversals(qd: Array) -> Array:
     """Return how often velocities (samples, n) change their sign, (n), slow ones aside: these may be noise."""
     fast = np.abs(qd) > SLOW * np.abs(qd).max(axis=0, initial=0.0)
@@ -489,25 +485,11 @@ def _nonzero_rows(Y: Array) -> int:
     return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
 
 
-def _refuse_zero_torques(tau: Array, source: str) -> None:
-    if not tau.any():
-        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
-        raise InputError(source, "tau", what)
-
-
 def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
     """Return the forces of springs and dampers by the estimates."""
     own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
     of_springs = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in of_springs]] @ estimation.solution.X[[k for k, _ in of_springs]]
-
-
-def _continuous(record: Measurements, chosen: Filter | None, machine: Machine) -> list[Measurements]:
-    """Return the pieces of a record without gaps and spikes."""
-    if chosen is None:
-        return in_pieces(record, chosen)
-    refuse_wrapped(record, machine)
-    return [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
 
 
 def _driven(machine: Machine) -> list[int]:

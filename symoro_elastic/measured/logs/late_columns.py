@@ -22,7 +22,7 @@ from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.logs.equations import Equations, Sampled
 from symoro_elastic.measured.logs.filtering import Filter, differentiate, smooth
 from symoro_elastic.measured.logs.noise import usual_correlation
-from symoro_elastic.measured.logs.sensors import Columns, delay_of, independent_solution
+from symoro_elastic.measured.logs.sensors import Columns, delay_of
 
 CLEAR = 2 * VERY_STRONG  # difference of BIC
 LEAST = 0.6  # samples: smaller delays are not of integer samples
@@ -194,7 +194,7 @@ def _delays(
     """
     motors, count = range(columns.offsets.shape[2]), columns.Y.shape[2]
     tau, slope = columns.torques(delay or 0.0)
-    independent, base = independent_solution(columns, motors, None if delay is None else slope, tau)
+    independent, base = columns.solution(motors, None if delay is None else slope, tau)
     Y = columns.with_sensor_columns(motors, None if delay is None else slope)[0]
     X = np.zeros(Y.shape[2])
     X[independent] = base.X

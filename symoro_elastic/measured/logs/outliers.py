@@ -58,17 +58,10 @@ def outliers_of(columns: Columns) -> BoolArray:
 
 def without(columns: Columns, rows: BoolArray) -> Columns:
     """Return the columns with some rows (rows, n) left out."""
-    used, noise, torques = (~rows).astype(float), columns.noise, columns.torques
-    correlation = columns.correlation
-    padded = np.pad(used, ((0, len(correlation)), (0, 0)))
-    later = np.array([padded[k : k + len(used)] for k in range(len(correlation))])
-    draws = noise.draws
-    noise = replace(
-        noise, columns=[D * used[:, :, None] for D in noise.columns], correlation=correlation * used * later,
-        draws=None if draws is None else lambda X: [D * used for D in draws(X)],
-    )  # fmt: skip
+    used, torques = (~rows).astype(float), columns.torques
     return replace(
-        columns, Y=columns.Y * used[:, :, None], offsets=columns.offsets * used[:, :, None], noise=noise,
+        columns, Y=columns.Y * used[:, :, None], offsets=columns.offsets * used[:, :, None],
+        noise=columns.noise.without(used, columns.Y),
         torques=lambda delay: (torques(delay)[0] * used, torques(delay)[1] * used),
     )  # fmt: skip
 

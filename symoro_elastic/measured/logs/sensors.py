@@ -15,9 +15,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT, Estimate, Unknown, Verdict
-from symoro_elastic.measured.logs.estimation import FROM_DATA, Estimation, LeastSquares, balanced_rows, solve
+from symoro_elastic.measured.logs.estimation import Estimation, LeastSquares, independent_solution
 from symoro_elastic.measured.logs.noise import RowNoise
-from symoro_elastic.numerics.linear.independence import independent_columns
 
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: as data say, always, never."""
@@ -66,6 +65,11 @@ class Columns:
         more = [self.offsets[:, :, list(motors)], *([] if slope is None else [-slope[:, :, None]])]
         return np.concatenate([self.Y, *more], axis=2), self.noise.with_exact(sum(x.shape[2] for x in more))
 
+    def solution(self, motors: Sequence[int], slope: Array | None, tau: Array) -> tuple[list[int], LeastSquares]:
+        """Return the independent columns of the machine, offsets and a delay, and their solution."""
+        Y, noise = self.with_sensor_columns(motors, slope)
+        return independent_solution(Y, tau, noise)
+
 
 @dataclass(frozen=True)
 class Sensors:
@@ -110,8 +114,9 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     if delay == NEVER:
         return _sensors(columns, motors, offsets, None)
     late = delay_of(columns, motors)
-    lasting = late is not None and (delay == ALWAYS or _is_late(late, columns))
-    return _sensors(columns, motors, offsets, late[0] if late and lasting else None)
+    least = LEAST_DELAY * columns.sampling
+    is_late = late is not None and (delay == ALWAYS or abs(late[0]) > max(SIGNIFICANT * late[1], least))
+    return _sensors(columns, motors, offsets, late[0] if late and is_late else None)
 
 
 def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
@@ -127,26 +132,13 @@ def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | 
     return Sensors(estimated, delay is not None, delay or 0.0, undetermined)
 
 
-def _is_late(late: tuple[float, float], columns: Columns) -> bool:
-    return abs(late[0]) > max(SIGNIFICANT * late[1], LEAST_DELAY * columns.sampling)
-
-
-def independent_solution(
-    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array
-) -> tuple[list[int], LeastSquares]:
-    """Return the independent columns and their solution."""
-    Y, noise = columns.with_sensor_columns(motors, slope)
-    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
-    return independent, solve(Y[:, :, independent], tau, noise.of_columns(independent, Y.shape[2]))
-
-
 def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | None:
     """Return the delay and its standard deviation by Gauss-Newton steps; None where the motion does not show it."""
     delay, most = 0.0, LARGEST_STEP * columns.motion
     last = columns.Y.shape[2] + len(motors)
     for _ in range(ROUNDS):
         tau, slope = columns.torques(delay)
-        independent, solution = independent_solution(columns, motors, slope, tau)
+        independent, solution = columns.solution(motors, slope, tau)
         if last not in independent:
             return None
         step, std = float(solution.X[-1]), float(solution.std[-1])
@@ -201,7 +193,7 @@ def _largest(columns: Columns, motor: int, tau: Array) -> float:
 def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
     """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
-    independent, solution = independent_solution(columns, motors, slope, tau)
+    independent, solution = columns.solution(motors, slope, tau)
     places = {m: independent.index(own + k) for k, m in enumerate(motors) if own + k in independent}
     of_machine = [k for k, c in enumerate(independent) if c < own]
     correlation = np.abs(solution.covariance / np.outer(solution.std, solution.std))

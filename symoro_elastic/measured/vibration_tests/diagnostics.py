@@ -14,8 +14,8 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.measured.fitting.estimates import TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
-from symoro_elastic.measured.vibration_tests.predictions import Predicted
+from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
 from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 
 LACKING = 3.0  # mean square of residuals in a band above which the model lacks something there
@@ -292,7 +292,7 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     """Return a line for each test whose outputs come later than those of the model by more than doubt explains."""
     outputs: dict[str, list[str]] = {}
     for delay in fit.delays:
-        if delay.shows:
+        if delay.is_significant:
             fall = (
                 f", {100 * math.expm1(-delay.fall):+.2g} % at its last line" if abs(delay.fall) > LEAST_DECREASE else ""
             )
@@ -309,7 +309,7 @@ def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     factors: dict[str, list[tuple[str, float]]] = {}
     for gain in fit.gains:
         line, size = fit.lines[gain.line], math.exp(gain.log)
-        factors.setdefault(tests[line.test].name, []).append((line.measured.pair, size if gain.shows else 1.0))
+        factors.setdefault(tests[line.test].name, []).append((line.measured.pair, size if gain.is_significant else 1.0))
     notes = []
     for name, sizes_of_pairs in factors.items():
         sizes = np.array([size for _, size in sizes_of_pairs])

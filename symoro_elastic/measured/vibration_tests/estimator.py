@@ -29,7 +29,6 @@ from symoro_elastic.measured.fitting.evidence import Evidence
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
-    Lines,
     Misfit,
     Residuals,
     WindowAlternative,
@@ -39,8 +38,14 @@ from symoro_elastic.measured.vibration_tests.misfit import (
     is_known,
     usual_chi2,
 )
-from symoro_elastic.measured.vibration_tests.nuisances import ChannelResponse, Nuisances, gain_nuisances, nuisances_of
-from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
+from symoro_elastic.measured.vibration_tests.nuisances import (
+    ACCELERATION,
+    Nuisances,
+    channel_delays,
+    channel_gains,
+    out_of_band_modes,
+)
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 from symoro_elastic.numerics.motion.signals import outputs
 
@@ -136,7 +141,7 @@ class Minimum:
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
-        return any(nuisance.shows for nuisance in self.fit.delays) or any(nuisance.shows for nuisance in self.fit.gains)
+        return any(nuisance.is_significant for nuisance in (*self.fit.delays, *self.fit.gains))
 
     @property
     def criterion(self) -> float:
@@ -298,24 +303,30 @@ class Estimator:
 
     def _with_small_channel_terms(self, minimum: Minimum) -> Minimum:
         """Return the minimum, refitted with gains and delays of channels if these are very strongly indicated."""
-        if minimum.is_far or minimum.misfit.nuisances.count:
+        if minimum.is_far or minimum.misfit.nuisances.parts:
             return minimum
         minima = [minimum]
         for nuisances in self._channel_nuisances:
             misfit = replace(minimum.misfit, nuisances=nuisances)
-            x = np.concatenate([minimum.all, np.zeros(nuisances.count)])
-            penalty = 0.5 * nuisances.count * math.log(sum(2 * len(line.f) for line in self.lines))
+            x = np.concatenate([minimum.all, np.zeros(len(nuisances.prior))])
+            penalty = 0.5 * len(nuisances.prior) * math.log(sum(2 * len(line.f) for line in self.lines))
             if misfit.expected_fall(x) > VERY_STRONG + penalty:
                 minima.append(Minimum(misfit, misfit.minimum(x, differences)))
         return min((other for other in minima if other is minimum or other.is_of_channels), key=attrgetter("criterion"))
 
     @cached_property
+    def _orders(self) -> list[int]:
+        """How often the outputs of lines are derived."""
+        machine = self.predictions.motion.given
+        return [outputs(machine, [line.measured.output])[0].order for line in self.lines]
+
+    @cached_property
     def _channel_nuisances(self) -> tuple[Nuisances, ...]:
-        """Factors of channels, delays, both."""
-        delays, both = (
-            nuisances_of(self._channel_responses, channels=True, terms=False, gains=gains) for gains in (False, True)
-        )
-        return gain_nuisances(self._channel_responses), delays, both
+        """Factors of channels, delays with direct parts of accelerations, factors and delays."""
+        gains = channel_gains(self.lines)
+        accelerations = [k for k, order in enumerate(self._orders) if order == ACCELERATION]
+        both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
+        return gains, channel_delays(self.lines, accelerations), both
 
     def _others(self) -> Iterator[Predictions]:
         """Yield predictions of the tests under the other windows that they may have.
@@ -383,16 +394,6 @@ class Estimator:
         for predictions in self._others():
             yield self._near(replace(self.alone, predictions=predictions), predictions.start)
 
-    @cached_property
-    def _channel_responses(self) -> list[ChannelResponse]:
-        """The lines with what nuisances depend on."""
-        machine = self.predictions.motion.given
-        orders = [outputs(machine, [line.measured.output])[0].order for line in self.lines]
-        return [
-            ChannelResponse(line.test, line.measured.output, line.measured.input, line.f, line.H, order)
-            for line, order in zip(self.lines, orders, strict=True)
-        ]
-
     def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
@@ -401,7 +402,7 @@ class Estimator:
         best = minimum
         for nuisances in self._channel_nuisances:
             misfit = replace(self.alone, nuisances=nuisances)
-            for x in (self.start,) if best is minimum and not nuisances.channels else (best.x, self.start):
+            for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
                 predicted = self.predictions.at(x, slopes=False)
                 logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
                 candidate = self._near(misfit, np.concatenate([x, misfit.nuisances.start(logarithms)]))
@@ -415,9 +416,10 @@ class Estimator:
         """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
         if not math.isfinite(minimum.fit.chi2):
             return
-        for channels in (False, True):
-            misfit = replace(minimum.misfit, nuisances=nuisances_of(self._channel_responses, channels, terms=True))
-            x = np.concatenate([minimum.x, np.zeros(misfit.nuisances.count)])
+        terms = out_of_band_modes(self.lines, self._orders).parts
+        for delays in ((), self._channel_nuisances[1].parts):
+            misfit = replace(minimum.misfit, nuisances=Nuisances((*delays, *terms)))
+            x = np.concatenate([minimum.x, np.zeros(len(misfit.nuisances.prior))])
             yield Minimum(misfit, misfit.minimum(x, differences))
 
     def _near(self, misfit: Misfit, x: Array) -> Minimum:

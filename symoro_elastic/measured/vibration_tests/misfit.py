@@ -20,6 +20,7 @@ from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
 from symoro_elastic.measured.vibration_tests.predictions import (
+    Lines,
     Predicted,
     PredictedModes,
     Predictions,
@@ -47,34 +48,6 @@ QUIET = 3.0  # median residual of the neighbours of a spike
 NEIGHBOURS = 3  # lines with which residuals may be correlated
 CORRELATED = 0.1  # correlation of neighbouring residuals that counts
 CLEARLY = 5.0  # the same, in standard deviations
-
-
-@dataclass(frozen=True)
-class Lines:
-    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
-
-    measured: MeasuredResponse
-    counted: BoolArray
-    sd: Array
-    sd_is_known: bool
-    test: int
-    place: int
-
-    @property
-    def H(self) -> ComplexArray:
-        """The lines that count."""
-        H: ComplexArray = self.measured.H[self.counted]
-        return H
-
-    @property
-    def f(self) -> Array:
-        """Their frequencies, Hz."""
-        return self.measured.f[self.counted]
-
-    def predicted_by(self, predicted: Sequence[Predicted]) -> ComplexArray:
-        """Return the lines that count of the responses predicted of all tests."""
-        G: ComplexArray = predicted[self.test].responses[self.place].G[self.counted]
-        return G
 
 
 @dataclass(frozen=True)
@@ -172,7 +145,7 @@ class Misfit:
     @cached_property
     def start(self) -> Array:
         """Where all unknowns are before any test."""
-        return np.concatenate([self.predictions.start, np.zeros(self.nuisances.count)])
+        return np.concatenate([self.predictions.start, np.zeros(len(self.nuisances.prior))])
 
     @cached_property
     def prior(self) -> Array:
@@ -194,7 +167,7 @@ class Misfit:
         for test, prediction in zip(self.predictions.tests, predicted, strict=True):
             if test.modes is not None and prediction.modes is not None:
                 modal = modal_residuals(test.modes, prediction.modes)
-                parts.append(Residuals(modal.r, np.pad(modal.J, ((0, self.nuisances.count), (0, 0)))))
+                parts.append(Residuals(modal.r, np.pad(modal.J, ((0, len(self.nuisances.prior)), (0, 0)))))
         if self.evidence is not None:
             r, J = self.evidence.residuals(x[: self.unknowns])
             parts.append(Residuals(r, np.pad(J, ((0, len(x) - self.unknowns), (0, 0)))))
@@ -345,8 +318,8 @@ class Misfit:
             self.lines,
             self.cost(here.r, x, CAUCHY) + 2 * sum(map(_logarithm_of_noise, self.lines)),
             self._median_logarithm(here.r), wider,
-            self.nuisances.largest(x[m:]), self.nuisances.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
-            self.nuisances.factors(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
+            self.nuisances.largest_term(x[m:]), self.nuisances.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
+            self.nuisances.gains(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
             spikes=spikes,
             windows={
                 k: std

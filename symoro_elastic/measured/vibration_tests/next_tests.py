@@ -17,8 +17,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
-from symoro_elastic.measured.vibration_tests.predictions import Predictions
+from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predictions
 
 FRACTIONS = (-0.8, 0.0, 0.8)  # places of a motor within its limits, from the middle to an end
 MOST_PLACES = 9

@@ -80,6 +80,39 @@ class Predicted:
         return Predicted(tuple(responses), modes)
 
 
+@dataclass(frozen=True)
+class Lines:
+    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
+
+    measured: MeasuredResponse
+    counted: BoolArray
+    sd: Array
+    sd_is_known: bool
+    test: int
+    place: int
+
+    @property
+    def H(self) -> ComplexArray:
+        """The lines that count."""
+        H: ComplexArray = self.measured.H[self.counted]
+        return H
+
+    @property
+    def f(self) -> Array:
+        """Their frequencies, Hz."""
+        return self.measured.f[self.counted]
+
+    @property
+    def size(self) -> float:
+        """Their median, in magnitude."""
+        return float(np.median(np.abs(self.H)))
+
+    def predicted_by(self, predicted: Sequence[Predicted]) -> ComplexArray:
+        """Return the lines that count of the responses predicted of all tests."""
+        G: ComplexArray = predicted[self.test].responses[self.place].G[self.counted]
+        return G
+
+
 class Predictions:
     """Predictions of tests at any values of the unknowns; what is traced is shared."""
 

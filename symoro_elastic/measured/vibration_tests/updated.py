@@ -30,9 +30,9 @@ from symoro_elastic.measured.vibration_tests.corrections import (
 )
 from symoro_elastic.measured.vibration_tests.estimator import Estimator, lines_of
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
+from symoro_elastic.measured.vibration_tests.misfit import Fit
 from symoro_elastic.measured.vibration_tests.next_tests import Candidate, next_tests
-from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.measured.vibration_tests.unknowns import Sought, sought_of
 
 DIGITS = 6  # of values that are saved
