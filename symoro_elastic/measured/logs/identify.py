@@ -15,6 +15,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Unknown
+from symoro_elastic.measured.logs import friction_laws, regression
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
     FEWEST_ROWS,
@@ -28,32 +29,13 @@ from symoro_elastic.measured.logs.estimation import (
     without_hidden_rows,
 )
 from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
-from symoro_elastic.measured.logs.friction_laws import (
-    CONVERGED,
-    EXACT,
-    LAWS,
-    LOAD,
-    ROUNDS,
-    FrictionLaws,
-    Motion,
-    groups_of,
-    refuse_laws,
-    without_cogging,
-)
 from symoro_elastic.measured.logs.late_columns import Delays, Late, delays_of, late_velocities, moved_back, said_of_late
 from symoro_elastic.measured.logs.mistakes import mistakes_of
 from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlation
 from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
-from symoro_elastic.measured.logs.regression import (
-    Regressor,
-    RegressorColumn,
-    others_than,
-    refuse_unknown_labels,
-    regressor,
-    zero_entries,
-)
+from symoro_elastic.measured.logs.regression import Regressor, RegressorColumn
 from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
@@ -99,7 +81,7 @@ class LogSettings:
     offsets: str = AUTO
     delay: str = AUTO
     trust: float | None = None
-    laws: FrictionLaws = field(default_factory=FrictionLaws)
+    laws: friction_laws.FrictionLaws = field(default_factory=friction_laws.FrictionLaws)
     robust: bool = False
     is_evidence: bool = False
 
@@ -125,7 +107,7 @@ def identify(
     if chosen:
         pieces_of_records = [[without_spikes(piece, chosen, machine) for piece in some] for some in pieces_of_records]
     step("trace")
-    Y = Y or regressor(without_cogging(machine), settings.values)
+    Y = Y or regression.regressor(friction_laws.without_cogging(machine), settings.values)
     step("group")
     equations = _base_equations(machine, Y, _fixed_columns(Y.columns, settings, machine))
     refuse_amount(pieces_of_records, chosen, len(equations.estimated_columns), settings.trust is not None)
@@ -197,11 +179,11 @@ class _Stack:
         equations: Equations,
         pieces: Sequence[Sequence[Measurements]],
         chosen: Filter | None,
-        laws: FrictionLaws,
+        laws: friction_laws.FrictionLaws,
         trusted: Collection[int] = (),
     ) -> None:
         """`pieces` are listed by record; torques of `trusted` motors (0-based) count at an end of their range."""
-        refuse_laws(equations.machine, laws)
+        friction_laws.refuse_laws(equations.machine, laws)
         records = [piece for some in pieces for piece in some]
         self._numbers = [k for k, some in enumerate(pieces) for _ in some]
         self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(pieces))
@@ -295,7 +277,7 @@ class _Stack:
             plain, right = plain + slopes[:, :, :-1], slopes[:, :, -1]
         return np.concatenate([plain, more], axis=2), right
 
-    def _averages_of(self, columns_of: Callable[[int, Motion], Array]) -> Array:
+    def _averages_of(self, columns_of: Callable[[int, friction_laws.Motion], Array]) -> Array:
         """Return averages of columns, which number of record and motion give, (rows, n, k)."""
         averages = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
@@ -330,23 +312,22 @@ class _Stack:
             :, :, count:
         ]
         if self.laws.load and not self.laws.X:
-            X = groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
+            X = friction_laws.groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
             self.laws = self.laws.about(linear, X.tolist())
         own = count + len(self.laws.load)
-        for _ in range(ROUNDS):
+        for _ in range(friction_laws.ROUNDS):
             Y, right = self._of_laws()
             if own == count:
                 break
-            X, std = groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
+            X, std = friction_laws.groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
             before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
             X[count:] += before[count:]
-            if (np.abs(X - before) <= CONVERGED * std + EXACT * np.abs(X)).all():
+            if (np.abs(X - before) <= friction_laws.CONVERGED * std + friction_laws.EXACT * np.abs(X)).all():
                 break
             self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
         else:
-            self._unsettled = [
-                f"load friction: not settled after {ROUNDS} steps, so its standard deviations are too small"
-            ]
+            steps = f"load friction: not settled after {friction_laws.ROUNDS} steps"
+            self._unsettled = [f"{steps}, so its standard deviations are too small"]
         noise = plain.noise.with_exact(Y.shape[2] - count)
         torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
         self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
@@ -355,10 +336,10 @@ class _Stack:
         """Say what laws of friction change."""
         with_it, plain = self.columns, self._plain
         count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
-        for title, kinds in LAWS.items():
+        for title, kinds in friction_laws.LAWS.items():
             other_laws = [count + k for k, x in enumerate(unknowns) if x.quantity not in kinds]
             if len(other_laws) < len(unknowns):
-                own = plain if LOAD in kinds else with_it
+                own = plain if friction_laws.LOAD in kinds else with_it
                 Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, other_laws], plain.offsets], axis=2)
                 both = np.concatenate([with_it.Y, plain.offsets], axis=2)
                 self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
@@ -501,8 +482,8 @@ def _driven(machine: Machine) -> list[int]:
 def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
     """Return values of columns that are not sought, by number."""
     fixed = settings.known
-    refuse_unknown_labels(machine, fixed, columns)
-    fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
+    regression.refuse_unknown_labels(machine, fixed, columns)
+    fixed = {**regression.others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in fixed.items():
         if not math.isfinite(value):
@@ -563,7 +544,7 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
     """Return a note on parameters that are estimated although the table gives them as zero."""
-    entries = zero_entries(machine)
+    entries = regression.zero_entries(machine)
     zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []
