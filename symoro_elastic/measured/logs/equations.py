@@ -213,13 +213,14 @@ class Equations:
     def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
         """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
         motion, chosen = sampled.motion, sampled.chosen
-        motions = [motion.part(piece)]
-        for twin in range(len(motion.twins)):
-            motions += [motion.with_other_noise(twin, sign, piece) for sign in SIGNS]
+        motions = [[*motion.part(piece)]]
+        for q, qd, qdd in motion.twins:
+            noise = [x[piece] for x in (q, qd, qdd)]
+            motions += [[x + sign * dx for x, dx in zip(motions[0], noise, strict=True)] for sign in SIGNS]
         columns = [self.Y.evaluate(*x, self.estimated_columns) for x in motions]
         halves = [(plus - minus) / 2 for plus, minus in zip(columns[1::2], columns[2::2], strict=True)]
         used = sampled.counted[piece].astype(float)
-        fixed_torques = self.fixed_torques(motions[0]) * used
+        fixed_torques = self.fixed_torques(motion.part(piece)) * used
         both = [columns[0] * used[:, :, None], fixed_torques, *(x * used[:, :, None] for x in halves)]
         return [filtering.average(x, chosen) if chosen else x for x in both]
 

@@ -130,12 +130,6 @@ class FilteredMotion:
         """Return some samples of q, qd, qdd."""
         return self.q[piece], self.qd[piece], self.qdd[piece]
 
-    def with_other_noise(self, twin: int, sign: float, piece: slice) -> tuple[Array, Array, Array]:
-        """Return some samples of q, qd, qdd with a twin of their noise added or taken away."""
-        dq, dqd, dqdd = self.twins[twin]
-        q, qd, qdd = self.part(piece)
-        return q + sign * dq[piece], qd + sign * dqd[piece], qdd + sign * dqdd[piece]
-
 
 def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
     """Return cut-offs at 5 (Butterworth) and 2 (averages) times the bandwidth of the motion (rule of Janot).

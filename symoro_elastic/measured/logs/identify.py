@@ -297,13 +297,6 @@ class _Stack:
         what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
         self._said.append(f"{what} of the torque, {after:.3g} % if they were")
 
-    def _leave_out(self) -> None:
-        """Leave out rows that stand out, and name them."""
-        rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
-        names = [joint.name for joint in self._equations.machine.independent_joints]
-        self._said += said_of(self.t, rows, used, names)
-        self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
-
     def _with_laws(self, sensors: Sensors) -> None:
         """Add the columns of laws of friction, linear about a fit with the terms of sensors."""
         linear, plain = self._equations.linear, self._plain
@@ -373,7 +366,9 @@ class _Stack:
         if has_laws:
             self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
         if settings.robust:
-            self._leave_out()
+            rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
+            self._said += said_of(self.t, rows, used, [x.name for x in self._equations.machine.independent_joints])
+            self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
         columns, count = self.columns, self.columns.Y.shape[2]
         if settings.trust is None:
             refuse_short(_nonzero_rows(columns.Y), count, usual_correlation(columns.correlation), self._source)

@@ -20,6 +20,7 @@ from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import CAUCHY, OUTLYING, TO_DEVIATION
 from symoro_elastic.measured.logs.estimation import FROM_DATA, balanced_rows
 from symoro_elastic.measured.logs.filtering import Filter, smooth
@@ -33,7 +34,6 @@ NEAR = 50  # samples to either side that determine the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: least noise
 MOST_SPIKES = 0.1  # of the samples: more are noise with long tails
 ROUNDS = 30  # reweightings
-MOST_NAMED = 4  # spans of time in a line
 
 
 def outliers_of(columns: Columns) -> BoolArray:

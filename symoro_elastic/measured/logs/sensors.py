@@ -24,9 +24,8 @@ DELAY, OFFSET = "DELAY", "OFF"
 USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
 UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
-LEAST_DELAY = 0.01  # of a sampling period: smaller delays are not estimated
+LEAST_DELAY = 0.01  # of a sampling period: smaller delays and steps to them do not count
 ROUNDS = 6  # Gauss-Newton steps to a delay
-CONVERGED = 0.02  # of a sampling period: last step
 LARGEST_STEP = 0.1  # of a period of the fastest motion
 
 
@@ -145,7 +144,7 @@ def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | N
         if abs(delay + step) <= max(SIGNIFICANT * std, LEAST_DELAY * columns.sampling):
             return delay + step, std
         delay += float(np.clip(step, -most, most))
-        if abs(step) <= CONVERGED * columns.sampling:
+        if abs(step) <= LEAST_DELAY * columns.sampling:
             break
     return delay, std
 
@@ -165,29 +164,19 @@ def _offsets(
     every = _found_offsets(columns, motors, slope, tau)
     if seek == ALWAYS:
         return tuple(every), {}
-    largest = {m: _largest(columns, m, tau) for m in motors}
+    on_joints = {m: columns.offsets[:, :, m].any(axis=0) for m in motors}
+    largest = {m: float(np.abs(tau[:, joints]).max(initial=0.0)) for m, joints in on_joints.items()}
     determined = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
     offsets = every if len(determined) == len(motors) else _found_offsets(columns, determined, slope, tau)
-    shown = {m: abs(x.value) / largest[m] for m, x in offsets.items() if _shows(x, largest[m])}
-    usual = {m: max([USUAL, *shown.values()]) * largest[m] for m in motors}
-    harmless = [m for m, x in offsets.items() if m not in shown and _is_harmless(x, largest[m])]
+    least = {m: LEAST_OFFSET * x for m, x in largest.items()}
+    significant = [m for m, x in offsets.items() if abs(x.value) > max(SIGNIFICANT * x.std, least[m])]
+    usual_fraction = max([USUAL, *(abs(offsets[m].value) / largest[m] for m in significant)])
+    usual = {m: usual_fraction * largest[m] for m in motors}
+    most = {m: abs(x.value) + SIGNIFICANT * x.std for m, x in offsets.items()}
+    small = [m for m, x in offsets.items() if x.correlation <= UNCORRELATED or most[m] <= least[m]]
+    harmless = [m for m in small if m not in significant]
     sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
     return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
-
-
-def _shows(offset: _Offset, largest: float) -> bool:
-    return abs(offset.value) > max(SIGNIFICANT * offset.std, LEAST_OFFSET * largest)
-
-
-def _is_harmless(offset: _Offset, largest: float) -> bool:
-    """Return whether an offset that does not show changes no parameter much, however large it may be."""
-    most = abs(offset.value) + SIGNIFICANT * offset.std
-    return offset.correlation <= UNCORRELATED or most <= LEAST_OFFSET * largest
-
-
-def _largest(columns: Columns, motor: int, tau: Array) -> float:
-    """Return the largest torque of the joints on which a motor acts."""
-    return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
 
 
 def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:

@@ -12,7 +12,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.logs.equations import Sampled
-from symoro_elastic.measured.logs.filtering import Filter, smooth
+from symoro_elastic.measured.logs.filtering import smooth
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces
 from symoro_elastic.measured.logs.result import Identification
 
@@ -45,7 +45,7 @@ def own_fit(result: Identification) -> Fit:
 
 def validation_of(result: Identification, record: Measurements) -> Fit:
     """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
-    chosen = _same_filter(result, record)
+    chosen = filter_of([record], (), result.filter.motion) if result.filter else None
     sampled = [result.equations.sample(piece, chosen) for piece in in_pieces(record, chosen)]
     tau, residual = (np.concatenate(x) for x in zip(*(_of_averages(result, some) for some in sampled), strict=True))
     if not len(tau):
@@ -63,7 +63,7 @@ def _of_averages(result: Identification, sampled: Sampled) -> tuple[Array, Array
     """Return averages of the torques that estimated parameters explain, and of their residuals, (rows, n)."""
     rows = result.equations.rows(sampled)
     tau = result.equations.torques(sampled, result.delay)[0] - rows.given
-    of_laws = _of_laws(result, sampled.motion.part(slice(None)))
+    of_laws = result.laws.columns(result.equations.Y, result.equations.linear, sampled.motion.part(slice(None)))
     averages = [sampled.averages(of_laws[:, :, c]) for c in range(of_laws.shape[2])]
     Y = np.concatenate([rows.Y, *(x[:, :, None] for x in averages)], axis=2)
     return tau, tau - _predicted_torques(result, Y, rows.offsets)
@@ -79,8 +79,9 @@ def _of_samples(result: Identification, sampled: Sampled) -> tuple[Array, ...]:
         units = np.eye(motion.tau.shape[1])
         offsets = np.stack([equations.Y.joint_torques(q, np.tile(unit, (len(q), 1))) for unit in units], axis=2)
         torque[piece] = late[piece] - equations.fixed_torques((q, qd, qdd))
-        Y = [equations.Y.evaluate(q, qd, qdd, equations.estimated_columns), _of_laws(result, (q, qd, qdd))]
-        predicted = _predicted_torques(result, np.concatenate(Y, axis=2), offsets)
+        of_laws = result.laws.columns(equations.Y, equations.linear, (q, qd, qdd))
+        Y = np.concatenate([equations.Y.evaluate(q, qd, qdd, equations.estimated_columns), of_laws], axis=2)
+        predicted = _predicted_torques(result, Y, offsets)
         residual[piece] = torque[piece] - predicted
     chosen, record = sampled.chosen, replace(sampled.record, t=motion.t)
     slow = [residual, torque] if chosen is None else [smooth(x, chosen, record) for x in (residual, torque)]
@@ -94,11 +95,6 @@ def _percent(residual: Array, torque: Array) -> Array:
     return percent
 
 
-def _of_laws(result: Identification, motion: tuple[Array, Array, Array]) -> Array:
-    """Return the columns of laws of friction."""
-    return result.laws.columns(result.equations.Y, result.equations.linear, motion)
-
-
 def _predicted_torques(result: Identification, Y: Array, offsets: Array) -> Array:
     """Return Y X and offsets of torques, (rows, n)."""
     sought, X = np.concatenate([Y, offsets[:, :, list(result.sensors.offsets)]], axis=2), result.estimation.solution.X
@@ -106,13 +102,6 @@ def _predicted_torques(result: Identification, Y: Array, offsets: Array) -> Arra
     about = [result.estimates[c].unknown.about for _, c in places]
     predicted: Array = sought[:, :, [c for _, c in places]] @ (X[[k for k, _ in places]] + about)
     return predicted
-
-
-def _same_filter(result: Identification, record: Measurements) -> Filter | None:
-    """Return the filter of the identification at the sampling frequency of a record."""
-    if result.filter is None:
-        return None
-    return filter_of([record], (), result.filter.motion)
 
 
 def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:

@@ -25,6 +25,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.corrections import VERY_STRONG
+from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.fitting.evidence import Evidence
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
@@ -40,6 +41,8 @@ from symoro_elastic.measured.vibration_tests.misfit import (
 )
 from symoro_elastic.measured.vibration_tests.nuisances import (
     ACCELERATION,
+    Delay,
+    Gain,
     Nuisances,
     channel_delays,
     channel_gains,
@@ -54,12 +57,10 @@ NARROW = 0.1  # the same, to compare points of the prior
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
 TRIED = (0.25, 0.5, 1.0)  # distances of other values, over the prior standard deviation, by which intervals are widened
-CLEAR = 3.0  # standard deviations at which values differ
 FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
-CLEARLY_NOISE = 1.08  # chi2 below which nothing is left to explain
 EXPLAINED_BY_WINDOW = 0.3  # of chi2 - 1, the most that a window leaves where the model lacks something, too
 WIDER_EVIDENCE = (100.0, 10.0, 1.0)
 """Times the standard deviations of evidence, by which fits approach it: its valleys are narrow and curved."""
@@ -117,11 +118,6 @@ class Minimum:
         return is_far(self.fit)
 
     @property
-    def is_clear(self) -> bool:
-        """Whether nothing is left to explain."""
-        return self.fit.chi2 < CLEARLY_NOISE
-
-    @property
     def cost(self) -> float:
         """Negative log-likelihood, with the prior."""
         return self.fit.cost
@@ -141,7 +137,8 @@ class Minimum:
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
-        return any(nuisance.is_significant for nuisance in (*self.fit.delays, *self.fit.gains))
+        nuisances: tuple[Delay | Gain, ...] = (*self.fit.delays, *self.fit.gains)
+        return any(nuisance.is_significant for nuisance in nuisances)
 
     @property
     def criterion(self) -> float:
@@ -157,13 +154,13 @@ class Minimum:
         """
         misfit, fit, x = self.misfit, self.fit, self.all
         p = misfit.unknowns
-        std, wide = np.sqrt(np.diag(fit.covariance)), np.ones(p)
+        std, wide = fit.std, np.ones(p)
         c = misfit.scale(fit.residuals)
         least = misfit.cost(fit.residuals, x, c)
         for k, along in enumerate(np.eye(len(x))[:p] / np.sqrt(misfit.prior)[:, None][:p]):
             for share in TRIED:
                 d = share * along[k]
-                if d <= CLEAR * std[k]:
+                if d <= SIGNIFICANT * std[k]:
                     continue
                 most = least + min(VERY_STRONG, (d / std[k]) ** 2 / 8)
                 if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
@@ -197,7 +194,6 @@ class Estimator:
         far = usual_chi2([test.averages for test in predictions.tests if test.averages])
         self.alone = Misfit(predictions, self.lines, far, robust, evidence=evidence)
         self._kernels: dict[tuple[float, bytes], Array] = {}
-        self._at_start: dict[bytes, list[Predicted]] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def of(self, predictions: Predictions) -> Estimator:
@@ -207,13 +203,10 @@ class Estimator:
             response = tests[line.test].responses[line.place]
             sd = line.sd if response.H is line.measured.H else deviations(response, tests[line.test].averages)
             lines.append(replace(line, measured=response, sd=sd if len(sd) == len(line.sd) else sd[line.counted]))
-        estimator = Estimator(predictions, lines, self.alone.robust, self._evidence_for(predictions))
+        same_unknowns = predictions.sought.labels == self.predictions.sought.labels  # not if other motors are held
+        estimator = Estimator(predictions, lines, self.alone.robust, self.alone.evidence if same_unknowns else None)
         estimator._kernels = self._kernels
         return estimator
-
-    def _evidence_for(self, predictions: Predictions) -> Evidence | None:
-        """Return the evidence; none where other motors that are held make the unknowns others."""
-        return self.alone.evidence if predictions.sought.labels == self.predictions.sought.labels else None
 
     def near(self, x: Array) -> Minimum:
         """Return the minimum of the model alone near x; what is unknown of windows and zeros starts at none."""
@@ -263,11 +256,13 @@ class Estimator:
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with nuisances near one of the model alone: windows, channels, terms, until one is clear."""
+        """Return minima with windows, channels, terms near one of the model alone, until one leaves no more than noise."""
         extended: list[Minimum] = []
-        for minima in (self._under_others, partial(self._of_channels, near), partial(self._with_terms, near)):
-            extended += minima()
-            if any(minimum.is_clear for minimum in extended):
+        windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
+        under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
+        for minima in (under_others, self._of_channels(near), self._with_terms(near)):
+            extended += minima
+            if not all(minimum.is_far for minimum in extended):
                 break
         return extended
 
@@ -286,11 +281,11 @@ class Estimator:
         minima = [self._near(self.alone, x) for x in (self.start, *nearest)]
         costs = [_modal_cost(self.alone, minimum.x) for minimum in minima]
         fit = minima[int(np.argmin(costs))].fit
-        std, seen = np.sqrt(np.diag(fit.covariance)), [fit.x]
+        std, seen = fit.std, [fit.x]
         covariance = fit.covariance
         for cost, minimum in zip(costs, minima, strict=True):
             apart = min(float((np.abs(minimum.x - x) / std).max()) for x in seen)
-            if cost < min(costs) + VERY_STRONG and apart > CLEAR:
+            if cost < min(costs) + VERY_STRONG and apart > SIGNIFICANT:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
@@ -379,7 +374,7 @@ class Estimator:
         c = other.all[len(other.x) : other.misfit.first]
         if not len(c):
             return other, True
-        c = np.clip(c + CLEAR * np.array([*other.fit.windows.values()]), 0.0, 1.0)
+        c = np.clip(c + SIGNIFICANT * np.array([*other.fit.windows.values()]), 0.0, 1.0)
         tests = other.misfit.predictions.tests_at(np.concatenate([other.x, c]))
         return self._under(other, self.predictions.of(tests)), False
 
@@ -388,11 +383,6 @@ class Estimator:
         misfit = replace(minimum.misfit, predictions=predictions)
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
-
-    def _under_others(self) -> Iterator[Minimum]:
-        """Yield minima near the start under windows that tests do not name."""
-        for predictions in self._others():
-            yield self._near(replace(self.alone, predictions=predictions), predictions.start)
 
     def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
@@ -409,7 +399,7 @@ class Estimator:
                 best = min(best, candidate, key=attrgetter("cost"))
                 if candidate.is_of_channels:
                     yield candidate
-                    if candidate.is_clear:
+                    if not candidate.is_far:
                         return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
@@ -468,8 +458,4 @@ def _logarithms(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
     """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
     sd = line.sd / np.abs(line.H)
     weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
-    return in_parts(_log(G / line.H) * weight, dG / G * weight)
-
-
-def _log(x: ComplexArray) -> ComplexArray:
-    return np.asarray(np.log(x), dtype=complex)
+    return in_parts(np.asarray(np.log(G / line.H) * weight, dtype=complex), dG / G * weight)

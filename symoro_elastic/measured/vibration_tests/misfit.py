@@ -15,7 +15,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import CAUCHY, TO_DEVIATION
+from symoro_elastic.measured.fitting.estimates import CAUCHY, SIGNIFICANT, TO_DEVIATION
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
@@ -46,8 +46,6 @@ USUAL_F = 0.002  # relative standard deviation of frequencies without one
 USUAL_ZETA = 0.1  # relative standard deviation of damping ratios without one
 QUIET = 3.0  # median residual of the neighbours of a spike
 NEIGHBOURS = 3  # lines with which residuals may be correlated
-CORRELATED = 0.1  # correlation of neighbouring residuals that counts
-CLEARLY = 5.0  # the same, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -102,6 +100,11 @@ class Fit:
     spikes: tuple[BoolArray, ...] = ()
     windows: Mapping[int, float] = field(default_factory=dict)
     alternatives: tuple[WindowAlternative, ...] = ()
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations (p,) of x."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 @dataclass
@@ -316,7 +319,7 @@ class Misfit:
             x[:p], information, covariance[:p, :p], chi2 if noise_is_known else math.nan, here.r, weights,
             self.tally.evaluations, self.far if self.lines else max(self.far, largest_chi2(freedom * len(here.r))),
             self.lines,
-            self.cost(here.r, x, CAUCHY) + 2 * sum(map(_logarithm_of_noise, self.lines)),
+            self.cost(here.r, x, CAUCHY) + 2 * sum(float(np.log(x.sd / np.abs(x.H)).sum()) for x in self.lines),
             self._median_logarithm(here.r), wider,
             self.nuisances.largest_term(x[m:]), self.nuisances.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
             self.nuisances.gains(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
@@ -363,13 +366,8 @@ class Misfit:
             sum(float(np.real(np.vdot(residuals[j:], residuals[:-j]))) for residuals in lines) / size
             for j in range(1, NEIGHBOURS + 1)
         ]
-        clear = max(CORRELATED, CLEARLY / math.sqrt(2 * sum(map(len, lines))))
-        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > clear else 1.0
-
-
-def _logarithm_of_noise(line: Lines) -> float:
-    """Return the sum of ln(sd/|H|)."""
-    return float(np.log(line.sd / np.abs(line.H)).sum())
+        chance = SIGNIFICANT / math.sqrt(2 * sum(map(len, lines)))
+        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > chance else 1.0
 
 
 def differences(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
