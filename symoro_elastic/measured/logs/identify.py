@@ -157,7 +157,7 @@ def _in_time(
         stack = shifted_stack()
     for _ in range(MOST_LATE):
         delays = stack.delays()
-        if delays is None or (column := delays.clear or delays.still(late.values())) is None:
+        if delays is None or (column := delays.clear) is None:
             break
         before = late[column.key].whole if column.key in late else 0
         late[column.key] = replace(column, samples=column.whole + before)
@@ -168,7 +168,7 @@ def _in_time(
     moved_columns = [replace(column, torques=None) for column in late.values() if column.whole]
     if delays is None:
         return stack, moved_columns
-    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.systematic]
+    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.likely]
 
 
 class _Stack:

@@ -56,7 +56,6 @@ WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to
 NARROW = 0.1  # the same, to compare points of the prior
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
-TRIED = (0.25, 0.5, 1.0)  # distances of other values, over the prior standard deviation, by which intervals are widened
 FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
@@ -146,28 +145,6 @@ class Minimum:
         more = len(self.all) - self.misfit.unknowns
         return self.cost + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
 
-    def with_wide_intervals(self) -> Fit:
-        """Return the fit with intervals that hold values far off, where these explain the tests as well.
-
-        A mode beyond the band, or one that hardly shows, may sit where it explains some noise: how sharp that minimum
-        is says nothing of other values. They are tried with all other unknowns as they are, which can only cost more.
-        """
-        misfit, fit, x = self.misfit, self.fit, self.all
-        p = misfit.unknowns
-        std, wide = fit.std, np.ones(p)
-        c = misfit.scale(fit.residuals)
-        least = misfit.cost(fit.residuals, x, c)
-        for k, along in enumerate(np.eye(len(x))[:p] / np.sqrt(misfit.prior)[:, None][:p]):
-            for share in TRIED:
-                d = share * along[k]
-                if d <= SIGNIFICANT * std[k]:
-                    continue
-                most = least + min(VERY_STRONG, (d / std[k]) ** 2 / 8)
-                if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
-                    break
-                wide[k] = d / std[k]
-        return replace(fit, covariance=fit.covariance * np.outer(wide, wide))
-
 
 def is_far(fit: Fit) -> bool:
     """Whether residuals are larger than noise explains."""
@@ -223,10 +200,8 @@ class Estimator:
         near = self._near(self.alone, self.start)
         check(near.fit, self.predictions.at(near.x, slopes=False))
         best, chosen = self._best_minima(near)
-        has_modes = any(test.modes for test in self.predictions.tests)
-        widens = not (has_modes or (chosen.is_far and chosen.fit.largest_term))
-        chosen, alternatives = self._under_possible_windows(self._with_small_channel_terms(chosen))
-        fit = replace(chosen.with_wide_intervals() if widens else chosen.fit, alternatives=alternatives)
+        chosen, alternatives = self._under_possible_windows(chosen)
+        fit = replace(chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
                 fit = replace(fit, covariance=fit.covariance + np.outer(doubt.shift, doubt.shift))
@@ -256,7 +231,7 @@ class Estimator:
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with windows, channels, terms near one of the model alone, until one leaves no more than noise."""
+        """Return minima with windows, channels, terms near that of the model alone, until one explains the tests."""
         extended: list[Minimum] = []
         windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
         under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
@@ -295,19 +270,6 @@ class Estimator:
         rng = np.random.default_rng(0)
         points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
         return points
-
-    def _with_small_channel_terms(self, minimum: Minimum) -> Minimum:
-        """Return the minimum, refitted with gains and delays of channels if these are very strongly indicated."""
-        if minimum.is_far or minimum.misfit.nuisances.parts:
-            return minimum
-        minima = [minimum]
-        for nuisances in self._channel_nuisances:
-            misfit = replace(minimum.misfit, nuisances=nuisances)
-            x = np.concatenate([minimum.all, np.zeros(len(nuisances.prior))])
-            penalty = 0.5 * len(nuisances.prior) * math.log(sum(2 * len(line.f) for line in self.lines))
-            if misfit.expected_fall(x) > VERY_STRONG + penalty:
-                minima.append(Minimum(misfit, misfit.minimum(x, differences)))
-        return min((other for other in minima if other is minimum or other.is_of_channels), key=attrgetter("criterion"))
 
     @cached_property
     def _orders(self) -> list[int]:

@@ -51,7 +51,7 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
     sought = predictions.sought
     reported = [k for k, entry in enumerate(sought.unknowns) if not entry.is_nuisance]
     before = np.diag(fit.covariance)[reported]
-    present = fit.information + np.diag(sought.prior)
+    present = np.linalg.inv(fit.covariance)
     shares = [line.sd / np.hypot(np.abs(line.H), np.median(np.abs(line.H))) for line in lines]
     noise = float(np.median(np.concatenate(shares))) if lines else FLOOR
     candidates = _candidates(predictions, lines)
