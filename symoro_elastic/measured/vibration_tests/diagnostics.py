@@ -14,10 +14,9 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind
 from symoro_elastic.measured.vibration_tests.misfit import Fit
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 
 LACKING = 3.0  # mean square of residuals in a band above which the model lacks something there
 OPPOSITE = 2.5  # median phase error, rad, of a pair whose sign is wrong

@@ -27,7 +27,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.corrections import VERY_STRONG
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.fitting.evidence import Evidence
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly, with_windows
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
     Misfit,
@@ -49,7 +49,6 @@ from symoro_elastic.measured.vibration_tests.nuisances import (
     out_of_band_modes,
 )
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 from symoro_elastic.numerics.motion.signals import outputs
 
 WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare lists of tests

@@ -17,7 +17,7 @@ from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.estimates import CAUCHY, SIGNIFICANT, TO_DEVIATION
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, Window
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
 from symoro_elastic.measured.vibration_tests.predictions import (
     Lines,
@@ -27,7 +27,6 @@ from symoro_elastic.measured.vibration_tests.predictions import (
     Swinging,
     pairs_of_modes,
 )
-from symoro_elastic.measured.vibration_tests.windows import Window
 
 LEAST_COHERENCE = 0.01  # lower coherences are those of noise
 MOST_COHERENCE = 1 - 1e-4  # higher coherences are those of the analyzer's digits

@@ -27,9 +27,8 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, behind
 from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
-from symoro_elastic.measured.vibration_tests.windows import behind
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular

@@ -17,10 +17,16 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names
 from symoro_elastic.measured.vibration_tests import tables, universal_files
-from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest, VibrationTests
+from symoro_elastic.measured.vibration_tests.measured import (
+    MeasuredResponse,
+    VibrationTest,
+    VibrationTests,
+    Window,
+    WindowKind,
+    segment_of,
+)
 from symoro_elastic.measured.vibration_tests.ring_downs import modes_of_ring_down
 from symoro_elastic.measured.vibration_tests.signal_names import FileResponse, Names
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind, segment_of
 
 FEWEST_LINES = 3
 NO_WINDOW = "is of frequency responses, and these are modes or a ring-down: remove it"

@@ -67,11 +67,11 @@ def gain_label(motor: str, gain: str) -> str:
 
 def sought_of(
     machine: Machine,
-    tests: Sequence[VibrationTest],
     seek: Sequence[str],
     factor: float,
     mass_doubt: float,
-    other: OtherData | None = None,
+    other: OtherData | None,
+    tests: Sequence[VibrationTest],
 ) -> Sought:
     """Return what is sought: every stiffness, damping and viscous friction unless parameters are named in `seek`.
 

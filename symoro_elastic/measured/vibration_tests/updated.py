@@ -30,7 +30,7 @@ from symoro_elastic.measured.vibration_tests.estimator import Estimator, lines_o
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest
 from symoro_elastic.measured.vibration_tests.misfit import Fit
 from symoro_elastic.measured.vibration_tests.next_tests import Candidate, next_tests
-from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.measured.vibration_tests.unknowns import Sought, sought_of
 
 DIGITS = 6  # of values that are saved
@@ -190,16 +190,11 @@ def update(
         raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
     step("start")
 
-    def by(tests: Sequence[VibrationTest]) -> Sought:
-        return sought_of(machine, tests, settings.seek, settings.factor, settings.mass_doubt, other)
-
+    by = partial(sought_of, machine, settings.seek, settings.factor, settings.mass_doubt, other)
     sought = by(fitted)
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
-    if zero and not lines and not any(test.modes for test in fitted):
-        pairs = ", ".join(response.pair for test in fitted for response in test.responses)
-        what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
-        raise InputError(machine.label, "tests", what)
+    _refuse_zero(machine, fitted, lines)
     step("fit")
     evidence = other.evidence(sought.labels) if other else None
     estimator = Estimator(predictions, lines, settings.robust, evidence)
@@ -226,6 +221,14 @@ def _unseen(
     """Return the tests that are only predicted, through the windows that the fitted ones were seen through."""
     windows = {a.window: b.window for a, b in zip(listed, fitted, strict=True)}
     return tuple(replace(test, window=windows.get(test.window, test.window)) for test in tests if test.validate)
+
+
+def _refuse_zero(machine: Machine, tests: Sequence[VibrationTest], lines: Sequence[Lines]) -> None:
+    """Raise `InputError` where no response is left, because all are zero in the model, and no modes are given."""
+    if not lines and not any(test.modes for test in tests):
+        pairs = ", ".join(response.pair for test in tests for response in test.responses)
+        what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
+        raise InputError(machine.label, "tests", what)
 
 
 def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
