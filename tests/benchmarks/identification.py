@@ -25,7 +25,7 @@ from symoro_elastic.machine.machine import Friction, Machine, Spring
 from symoro_elastic.measured.fitting.estimates import Verdict
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import ByLinearity, regressor
+from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.machines import Row, arm_6, built, example
@@ -106,7 +106,7 @@ def _case(title: str) -> Case:
 
 
 @cache
-def _regressor(name: str) -> ByLinearity:
+def _regressor(name: str) -> Regressor:
     return regressor(next(_case(title).machine for title in CASES if _case(title).machine.name == name))
 
 

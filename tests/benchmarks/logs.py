@@ -31,7 +31,7 @@ from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Spring
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.measured.logs.friction_laws import FrictionLaws
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import ByLinearity, regressor
+from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.identification import FAULTS, Fault, bare, errors_of, run_of_log, with_friction
@@ -54,7 +54,7 @@ def arm() -> Machine:
 
 
 @cache
-def _y(name: str) -> ByLinearity:
+def _y(name: str) -> Regressor:
     return regressor(next(one() for one in (arm, elastic, wrist) if one().name == name))
 
 

@@ -131,20 +131,14 @@ def solved_with(Y: Array, tau: Array, sigma: Array, correlation: Sequence[float]
 def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array]) -> Array:
     """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise.
 
-    Noise of positions is that which is drawn, where any is, else that of the law.
+    Noise of positions is that which is drawn, where any is, else that of the law. A covariance from so few draws is
+    uncertain itself: its variance is that of Student's distribution.
     """
     own = law.torques if drawn and law.torques else law
-    scores = own.with_factors(doubt_of_variance(Y, correlation)).of_scores(Y)
-    return scores + _of_draws(Y, drawn) if drawn else scores
-
-
-def _of_draws(Y: Array, draws: Sequence[Array]) -> Array:
-    """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise, from draws of noise.
-
-    From so few draws the covariance is uncertain itself: this is the variance of Student's distribution.
-    """
-    scores = np.array([np.einsum("rjc,rj->c", Y, D) for D in draws])
-    covariance: Array = scores.T @ scores / max(len(scores) - 2, 1)
+    covariance = own.with_factors(doubt_of_variance(Y, correlation)).of_scores(Y)
+    if drawn:
+        scores = np.array([np.einsum("rjc,rj->c", Y, D) for D in drawn])
+        covariance = covariance + scores.T @ scores / max(len(scores) - 2, 1)
     return covariance
 
 
@@ -222,11 +216,6 @@ class LinearModel:
     still: Sequence[int] = ()
     source: str = "measurements"
 
-    @property
-    def names_of_still(self) -> dict[int, str]:
-        """Names of joints that do not move."""
-        return {j: self.joints[j] for j in self.still}
-
 
 def estimate(model: LinearModel, least: int = FEWEST_ROWS, sigma: Array | None = None) -> Estimation:
     """Return the estimates of the unknowns of a linear model, with verdicts and notes.
@@ -247,14 +236,16 @@ def estimate(model: LinearModel, least: int = FEWEST_ROWS, sigma: Array | None =
         solution = solve(Y[:, :, independent], tau, model.noise.of_columns(independent, Y.shape[2]))
     else:
         solution = solved_with(Y[:, :, independent], tau, sigma, correlation)
-    names, hidden = model.names_of_still, _hidden(Y[:, :, independent], tau, solution, model.joints)
+    still, hidden = [model.joints[j] for j in model.still], _hidden(Y[:, :, independent], tau, solution, model.joints)
     estimates = {c: _estimate(model, grouping, solution, k, hidden) for k, c in enumerate(independent)}
-    estimates |= {c: _lost(model.unknowns[c], names) for c in grouping.vanishing}
-    estimates |= {c: _inseparable(c, grouping, model.unknowns, names) for c in grouping.dropped}
+    estimates |= {c: _lost(model.unknowns[c], still) for c in grouping.vanishing}
+    estimates |= {c: _inseparable(c, grouping, model.unknowns, still) for c in grouping.dropped}
     judged = () if sigma is not None else (*_consistency(estimates.values()), *_whiteness(solution, model.joints))
-    notes = (*judged, *_standing(names), *_notes_on_absorbed(estimates.values()))
+    notes = [*judged, *(f"{name} does not move beyond the noise of its sensor: held still" for name in still)]
     ordered = tuple(estimates[c] for c in range(len(model.unknowns)))
-    return Estimation(ordered, solution, grouping, tuple(model.joints), notes)
+    if lost := [e.unknown.label for e in ordered if e.verdict is Verdict.NOT]:
+        notes.append(f"{ABSORBED}{', '.join(lost)}; their effect is contained in the values of the others")
+    return Estimation(ordered, solution, grouping, tuple(model.joints), tuple(notes))
 
 
 def without_hidden_rows(model: LinearModel, estimation: Estimation) -> Estimation:
@@ -307,6 +298,13 @@ def fewest_rows(parameters: int, correlation: Sequence[float], per_parameter: in
     return math.ceil(per_parameter * parameters * (2 * sum(correlation) - correlation[0]))
 
 
+def independent_solution(Y: Array, tau: Array, noise: RowNoise | None = None) -> tuple[list[int], LeastSquares]:
+    """Return the independent columns of Y (rows, n, c), and the least squares solution of these."""
+    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
+    own = noise and noise.of_columns(independent, Y.shape[2])
+    return independent, solve(Y[:, :, independent], tau, own)
+
+
 def balanced_rows(Y: Array) -> Array:
     """Return rows divided by the largest column of their joint, so that joints weigh equally in the rank."""
     size = np.sqrt((Y**2).mean(axis=0)).max(axis=1, initial=0.0)
@@ -357,17 +355,17 @@ def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str])
     return hidden
 
 
-def _lost(unknown: Unknown, still: dict[int, str]) -> Estimate:
-    why = f"{unknown.joint} does not move" if unknown.joint in still.values() else "no torque depends on it"
+def _lost(unknown: Unknown, still: Sequence[str]) -> Estimate:
+    why = f"{unknown.joint} does not move" if unknown.joint in still else "no torque depends on it"
     return Estimate(unknown, math.nan, math.nan, Verdict.NOT, why)
 
 
-def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknown], still: dict[int, str]) -> Estimate:
+def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknown], still: Sequence[str]) -> Estimate:
     labels = [
         unknowns[column].label for k, column in enumerate(grouping.kept) if grouping.beta[k, grouping.dropped.index(c)]
     ]
     why = f"cannot be distinguished from {', '.join(labels)}"
-    if unknowns[c].joint in still.values():
+    if unknowns[c].joint in still:
         why += f": {unknowns[c].joint} does not move"
     return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, why)
 
@@ -395,12 +393,3 @@ def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
         for joint, factor in zip(joints, solution.raised, strict=True)
         if factor > 1
     ]
-
-
-def _standing(still: dict[int, str]) -> list[str]:
-    return [f"{name} does not move beyond the noise of its sensor: held still" for name in still.values()]
-
-
-def _notes_on_absorbed(estimates: Iterable[Estimate]) -> list[str]:
-    lost = [e.unknown.label for e in estimates if e.verdict is Verdict.NOT]
-    return [f"{ABSORBED}{', '.join(lost)}; their effect is contained in the values of the others"] if lost else []

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -19,20 +18,6 @@ LONGEST_START = 8  # periods
 ENDS = 1.0002  # samples of a start miss 1 - cos(pi / 192) of a peak
 SMALLER = 0.98  # of a motion that is tried next where no start keeps the limits
 MOST_SMALLER = 200  # trials
-
-
-class Periodic(Protocol):
-    """A motion of motors that ends where it begins."""
-
-    @property
-    def period(self) -> float:
-        """Period, s."""
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return q, qd, qdd (..., m) of the motors at times t (...)."""
-
-    def times(self, finer: int = 1) -> Array:
-        """Return the times of a period at which limits are checked."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +117,10 @@ class Started:
         count = round(self.period / step)
         times: Array = np.arange(count) * self.period / count
         return times
+
+
+Periodic = FourierMotion | Started
+"""A motion of motors that ends where it begins."""
 
 
 def within(motion: FourierMotion, limits: Limits) -> FourierMotion:

@@ -23,11 +23,10 @@ from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Unknown
-from symoro_elastic.measured.logs.estimation import FROM_DATA, balanced_rows, solve
+from symoro_elastic.measured.logs.estimation import independent_solution
 from symoro_elastic.measured.logs.possible import Linear
 from symoro_elastic.measured.logs.regression import Regressor
 from symoro_elastic.mechanics.regressor import INERTIAL
-from symoro_elastic.numerics.linear.independence import independent_columns
 
 LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
 COSINE, SINE = "CC", "CS"
@@ -173,9 +172,8 @@ def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
 def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
     """Return the first groups by weighted least squares of independent columns, zero for the others, and their
     standard deviations."""
-    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
     X, std = np.zeros(Y.shape[2]), np.zeros(Y.shape[2])
-    solution = solve(Y[:, :, independent], tau)
+    independent, solution = independent_solution(Y, tau)
     X[independent], std[independent] = solution.X, solution.std
     return X[:count], std[:count]
 

@@ -15,47 +15,27 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Unknown
+from symoro_elastic.measured.logs import friction_laws, regression
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
     FEWEST_ROWS,
-    FROM_DATA,
     Estimation,
     LinearModel,
-    balanced_rows,
     estimate,
     fewest_rows,
     formula,
+    independent_solution,
     refuse_short,
-    solve,
     without_hidden_rows,
 )
 from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
-from symoro_elastic.measured.logs.friction_laws import (
-    CONVERGED,
-    EXACT,
-    LAWS,
-    LOAD,
-    ROUNDS,
-    FrictionLaws,
-    Motion,
-    groups_of,
-    refuse_laws,
-    without_cogging,
-)
 from symoro_elastic.measured.logs.late_columns import Delays, Late, delays_of, late_velocities, moved_back, said_of_late
 from symoro_elastic.measured.logs.mistakes import mistakes_of
 from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlation
 from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
-from symoro_elastic.measured.logs.regression import (
-    Regressor,
-    RegressorColumn,
-    others_than,
-    refuse_unknown_labels,
-    regressor,
-    zero_entries,
-)
+from symoro_elastic.measured.logs.regression import Regressor, RegressorColumn
 from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
@@ -101,7 +81,7 @@ class LogSettings:
     offsets: str = AUTO
     delay: str = AUTO
     trust: float | None = None
-    laws: FrictionLaws = field(default_factory=FrictionLaws)
+    laws: friction_laws.FrictionLaws = field(default_factory=friction_laws.FrictionLaws)
     robust: bool = False
     is_evidence: bool = False
 
@@ -123,9 +103,11 @@ def identify(
         refuse_wrapped(record, machine)
     step("filter")
     chosen = filter_of(records, _driven(machine), settings.bandwidth) if settings.filtered else None
-    pieces_of_records = [_continuous(record, chosen, machine) for record in records]
+    pieces_of_records = [in_pieces(record, chosen) for record in records]
+    if chosen:
+        pieces_of_records = [[without_spikes(piece, chosen, machine) for piece in some] for some in pieces_of_records]
     step("trace")
-    Y = Y or regressor(without_cogging(machine), settings.values)
+    Y = Y or regression.regressor(friction_laws.without_cogging(machine), settings.values)
     step("group")
     equations = _base_equations(machine, Y, _fixed_columns(Y.columns, settings, machine))
     refuse_amount(pieces_of_records, chosen, len(equations.estimated_columns), settings.trust is not None)
@@ -175,7 +157,7 @@ def _in_time(
         stack = shifted_stack()
     for _ in range(MOST_LATE):
         delays = stack.delays()
-        if delays is None or (column := delays.clear or delays.still(late.values())) is None:
+        if delays is None or (column := delays.clear) is None:
             break
         before = late[column.key].whole if column.key in late else 0
         late[column.key] = replace(column, samples=column.whole + before)
@@ -186,7 +168,7 @@ def _in_time(
     moved_columns = [replace(column, torques=None) for column in late.values() if column.whole]
     if delays is None:
         return stack, moved_columns
-    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.systematic]
+    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.likely]
 
 
 class _Stack:
@@ -197,11 +179,11 @@ class _Stack:
         equations: Equations,
         pieces: Sequence[Sequence[Measurements]],
         chosen: Filter | None,
-        laws: FrictionLaws,
+        laws: friction_laws.FrictionLaws,
         trusted: Collection[int] = (),
     ) -> None:
         """`pieces` are listed by record; torques of `trusted` motors (0-based) count at an end of their range."""
-        refuse_laws(equations.machine, laws)
+        friction_laws.refuse_laws(equations.machine, laws)
         records = [piece for some in pieces for piece in some]
         self._numbers = [k for k, some in enumerate(pieces) for _ in some]
         self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(pieces))
@@ -219,7 +201,9 @@ class _Stack:
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
             raise InputError(self._source, "tau", f"hardly anything is left of it: {'; '.join(self.of_stays())}")
-        _refuse_zero_torques(self.columns.torques(0.0)[0], self._source)
+        if not self.columns.torques(0.0)[0].any():
+            what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
+            raise InputError(self._source, "tau", what)
         self._plain = self.columns
         self.driven: Estimation | None = None
         self._said: list[str] = []
@@ -267,7 +251,8 @@ class _Stack:
         notes = [*(line for x in self.sampled for line in x.record.warnings), *self.of_stays()]
         notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
         notes += self._unsettled
-        longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
+        by_length = sorted(zip(self._numbers, self.sampled, strict=True), key=lambda pair: len(pair[1].motion.t))
+        longest = [dict(by_length)[k] for k in sorted({*self._numbers})]
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def delays(self) -> Delays | None:
@@ -292,7 +277,7 @@ class _Stack:
             plain, right = plain + slopes[:, :, :-1], slopes[:, :, -1]
         return np.concatenate([plain, more], axis=2), right
 
-    def _averages_of(self, columns_of: Callable[[int, Motion], Array]) -> Array:
+    def _averages_of(self, columns_of: Callable[[int, friction_laws.Motion], Array]) -> Array:
         """Return averages of columns, which number of record and motion give, (rows, n, k)."""
         averages = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
@@ -308,17 +293,9 @@ class _Stack:
         Y, joined = self._equations.Y, self.columns.with_sensor_columns(range(self.columns.offsets.shape[2]), None)[0]
         hidden = [c for c, column in enumerate(Y.columns) if column.label in unseen]
         more = np.concatenate([joined, self._averages_of(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
-        tau = self.columns.torques(0.0)[0]
-        before, after = _residual_percent(joined, tau), _residual_percent(more, tau)
+        before, after = (_residual_percent(columns, self.columns.torques(0.0)[0]) for columns in (joined, more))
         what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
         self._said.append(f"{what} of the torque, {after:.3g} % if they were")
-
-    def _leave_out(self) -> None:
-        """Leave out rows that stand out, and name them."""
-        rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
-        names = [joint.name for joint in self._equations.machine.independent_joints]
-        self._said += said_of(self.t, rows, used, names)
-        self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
 
     def _with_laws(self, sensors: Sensors) -> None:
         """Add the columns of laws of friction, linear about a fit with the terms of sensors."""
@@ -328,23 +305,22 @@ class _Stack:
             :, :, count:
         ]
         if self.laws.load and not self.laws.X:
-            X = groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
+            X = friction_laws.groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
             self.laws = self.laws.about(linear, X.tolist())
         own = count + len(self.laws.load)
-        for _ in range(ROUNDS):
+        for _ in range(friction_laws.ROUNDS):
             Y, right = self._of_laws()
             if own == count:
                 break
-            X, std = groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
+            X, std = friction_laws.groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
             before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
             X[count:] += before[count:]
-            if (np.abs(X - before) <= CONVERGED * std + EXACT * np.abs(X)).all():
+            if (np.abs(X - before) <= friction_laws.CONVERGED * std + friction_laws.EXACT * np.abs(X)).all():
                 break
             self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
         else:
-            self._unsettled = [
-                f"load friction: not settled after {ROUNDS} steps, so its standard deviations are too small"
-            ]
+            steps = f"load friction: not settled after {friction_laws.ROUNDS} steps"
+            self._unsettled = [f"{steps}, so its standard deviations are too small"]
         noise = plain.noise.with_exact(Y.shape[2] - count)
         torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
         self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
@@ -353,10 +329,10 @@ class _Stack:
         """Say what laws of friction change."""
         with_it, plain = self.columns, self._plain
         count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
-        for title, kinds in LAWS.items():
+        for title, kinds in friction_laws.LAWS.items():
             other_laws = [count + k for k, x in enumerate(unknowns) if x.quantity not in kinds]
             if len(other_laws) < len(unknowns):
-                own = plain if LOAD in kinds else with_it
+                own = plain if friction_laws.LOAD in kinds else with_it
                 Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, other_laws], plain.offsets], axis=2)
                 both = np.concatenate([with_it.Y, plain.offsets], axis=2)
                 self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
@@ -390,7 +366,9 @@ class _Stack:
         if has_laws:
             self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
         if settings.robust:
-            self._leave_out()
+            rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
+            self._said += said_of(self.t, rows, used, [x.name for x in self._equations.machine.independent_joints])
+            self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
         columns, count = self.columns, self.columns.Y.shape[2]
         if settings.trust is None:
             refuse_short(_nonzero_rows(columns.Y), count, usual_correlation(columns.correlation), self._source)
@@ -444,8 +422,7 @@ def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:
 
 def _residual_percent(Y: Array, tau: Array) -> float:
     """Return residuals of least squares in per cent of torques, the mean over joints."""
-    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
-    solution = solve(Y[:, :, independent], tau)
+    solution = independent_solution(Y, tau)[1]
     moved = np.flatnonzero(tau.any(axis=0))
     return float(100 * np.mean([np.linalg.norm(solution.residuals[:, k]) / np.linalg.norm(tau[:, k]) for k in moved]))
 
@@ -472,11 +449,6 @@ def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
     return draws_of_records
 
 
-def _samples(numbered: tuple[int, Sampled]) -> tuple[int, int]:
-    """Return the number of a record, and how many samples a piece of it has."""
-    return numbered[0], len(numbered[1].motion.t)
-
-
 def _reversals(qd: Array) -> Array:
     """Return how often velocities (samples, n) change their sign, (n), slow ones aside: these may be noise."""
     fast = np.abs(qd) > SLOW * np.abs(qd).max(axis=0, initial=0.0)
@@ -489,25 +461,11 @@ def _nonzero_rows(Y: Array) -> int:
     return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
 
 
-def _refuse_zero_torques(tau: Array, source: str) -> None:
-    if not tau.any():
-        what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
-        raise InputError(source, "tau", what)
-
-
 def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
     """Return the forces of springs and dampers by the estimates."""
     own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
     of_springs = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in of_springs]] @ estimation.solution.X[[k for k, _ in of_springs]]
-
-
-def _continuous(record: Measurements, chosen: Filter | None, machine: Machine) -> list[Measurements]:
-    """Return the pieces of a record without gaps and spikes."""
-    if chosen is None:
-        return in_pieces(record, chosen)
-    refuse_wrapped(record, machine)
-    return [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
 
 
 def _driven(machine: Machine) -> list[int]:
@@ -519,8 +477,8 @@ def _driven(machine: Machine) -> list[int]:
 def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
     """Return values of columns that are not sought, by number."""
     fixed = settings.known
-    refuse_unknown_labels(machine, fixed, columns)
-    fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
+    regression.refuse_unknown_labels(machine, fixed, columns)
+    fixed = {**regression.others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in fixed.items():
         if not math.isfinite(value):
@@ -581,7 +539,7 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
     """Return a note on parameters that are estimated although the table gives them as zero."""
-    entries = zero_entries(machine)
+    entries = regression.zero_entries(machine)
     zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []

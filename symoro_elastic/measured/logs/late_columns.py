@@ -22,7 +22,7 @@ from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.logs.equations import Equations, Sampled
 from symoro_elastic.measured.logs.filtering import Filter, differentiate, smooth
 from symoro_elastic.measured.logs.noise import usual_correlation
-from symoro_elastic.measured.logs.sensors import Columns, delay_of, independent_solution
+from symoro_elastic.measured.logs.sensors import Columns, delay_of
 
 CLEAR = 2 * VERY_STRONG  # difference of BIC
 LEAST = 0.6  # samples: smaller delays are not of integer samples
@@ -131,34 +131,21 @@ def moved_back(record: Measurements, late: Iterable[Late]) -> Measurements:
 
 @dataclass(frozen=True)
 class Delays:
-    """How late columns are, were each of them alone, in addition to a delay of all torques if data show one.
-
-    `rivals` are positions that explain as much as torques that are all ahead of positions, as no torque is.
-    """
+    """How late columns are, were each of them alone, in addition to a delay of all torques if data show one."""
 
     columns: tuple[Late, ...]
-    rivals: tuple[Late, ...] = ()
 
     @property
     def clear(self) -> Late | None:
         """The column whose delay explains the residuals clearly; of equal ones that which is late rather than early."""
-        certain = [x for x in self._likely if LEAST < abs(x.samples) < LONGEST]
+        certain = [x for x in self.likely if LEAST < abs(x.samples) < LONGEST]
         return max(certain, key=lambda x: (x.samples > 0, x.evidence), default=None)
 
     @property
-    def _likely(self) -> list[Late]:
+    def likely(self) -> list[Late]:
+        """Columns that are late by the residuals, or may be."""
         best = max((x.evidence for x in self.columns), default=0.0)
         return [x for x in self.columns if x.evidence > max(best - CLEAR, CLEAR)]
-
-    @property
-    def systematic(self) -> list[Late]:
-        """Columns that are late, or may be, by what no shift explains."""
-        return self._likely or list(self.rivals)
-
-    def still(self, shifted: Iterable[Late]) -> Late | None:
-        """Return a column that is late by a sample after its shift was rounded, rather than all torques."""
-        later = (self.now(x) for x in shifted)
-        return next((x for x in later if x.evidence > 0 and abs(x.samples) > LEAST), None)
 
     def now(self, late: Late) -> Late:
         """Return how late a column is that was moved back; in time if nothing is known of it."""
@@ -180,9 +167,7 @@ def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns
     compared = [replace(x, evidence=x.evidence - max(every, 0.0)) for x in alone]
     if delay is None or every < CLEAR or max(x.evidence for x in compared) > CLEAR:
         return Delays(tuple(compared))
-    late = _delays(equations, records, columns, delay[0])[0]
-    rivals = [x for x in compared if delay[0] < 0 and x.quantities == JOINT and x.evidence > -CLEAR]
-    return Delays(tuple(late), tuple(rivals))
+    return Delays(tuple(_delays(equations, records, columns, delay[0])[0]))
 
 
 def _delays(
@@ -194,7 +179,7 @@ def _delays(
     """
     motors, count = range(columns.offsets.shape[2]), columns.Y.shape[2]
     tau, slope = columns.torques(delay or 0.0)
-    independent, base = independent_solution(columns, motors, None if delay is None else slope, tau)
+    independent, base = columns.solution(motors, None if delay is None else slope, tau)
     Y = columns.with_sensor_columns(motors, None if delay is None else slope)[0]
     X = np.zeros(Y.shape[2])
     X[independent] = base.X

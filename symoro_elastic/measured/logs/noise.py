@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.packages import for_identification
 
 FEWEST_LAGS = 24  # of the correlation of positions' noise
 PART = 4  # of the rows: lags are at most a quarter
@@ -58,6 +59,13 @@ class RowNoise:
 
         columns = [D[:, :, list(chosen)] for D in self.columns]
         return replace(self, columns=columns, draws=of_chosen if draws else None)
+
+    def without(self, used: Array, Y: Array) -> RowNoise:
+        """Return the noise of rows of Y that are multiplied by 0 or 1 (rows, n)."""
+        draws, columns = self.draws, [D * used[:, :, None] for D in self.columns]
+        remaining = None if draws is None else lambda X: [D * used for D in draws(X)]
+        correlation = masked_correlation(self.correlation_in(Y), used)
+        return replace(self, columns=columns, correlation=correlation, draws=remaining)
 
     def with_exact(self, columns: int) -> RowNoise:
         """Return the noise of Y with so many further columns without noise."""
@@ -106,6 +114,14 @@ def alike(correlation: Sequence[float], rows: int, joints: int) -> Array:
     for lag, x in enumerate(correlation):
         correlations[lag, : max(rows - lag, 0)] = x
     return correlations
+
+
+def masked_correlation(correlation: Array, factors: Array) -> Array:
+    """Return a correlation (lags, rows, n) times factors (rows, n) of both rows."""
+    padded = np.pad(factors, ((0, len(correlation)), (0, 0)))
+    later = np.array([padded[k : k + len(factors)] for k in range(len(correlation))])
+    masked: Array = correlation * factors * later
+    return masked
 
 
 def usual_correlation(correlation: Array) -> tuple[float, ...]:
@@ -218,7 +234,9 @@ def residual_noise(
     if positions:
         density += of_records(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
-    return Noise(density, rows, Averages(_not_negative(A, energy, used), correlation))
+    variance, active = np.zeros(joints), np.flatnonzero(used > 0)
+    variance[active] = for_identification("scipy.optimize").nnls(A[np.ix_(active, active)], energy[active])[0]
+    return Noise(density, rows, Averages(variance, correlation))
 
 
 def doubt_of_variance(Y: Array, correlation: Array) -> Array:
@@ -257,16 +275,3 @@ def _left_of(noise: Noise, Q: Array, used: Array, shares: Sequence[Array]) -> Ar
     fitted = [float((total * B).sum()) for B in shares]
     remaining: Array = noise.variance * used - 2 * np.array(own) + np.array(fitted)
     return np.maximum(remaining, 0.0)
-
-
-def _not_negative(A: Array, energy: Array, used: Array) -> Array:
-    """Return v of A v = energy, entries that would be negative taken as zero."""
-    active = np.flatnonzero(used > 0)
-    v = np.zeros(len(energy))
-    while len(active):
-        solution = np.linalg.lstsq(A[np.ix_(active, active)], energy[active], rcond=None)[0]
-        if (solution >= 0).all():
-            v[active] = solution
-            break
-        active = active[solution >= 0]
-    return v

@@ -20,6 +20,7 @@ from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import CAUCHY, OUTLYING, TO_DEVIATION
 from symoro_elastic.measured.logs.estimation import FROM_DATA, balanced_rows
 from symoro_elastic.measured.logs.filtering import Filter, smooth
@@ -33,7 +34,6 @@ NEAR = 50  # samples to either side that determine the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: least noise
 MOST_SPIKES = 0.1  # of the samples: more are noise with long tails
 ROUNDS = 30  # reweightings
-MOST_NAMED = 4  # spans of time in a line
 
 
 def outliers_of(columns: Columns) -> BoolArray:
@@ -58,17 +58,10 @@ def outliers_of(columns: Columns) -> BoolArray:
 
 def without(columns: Columns, rows: BoolArray) -> Columns:
     """Return the columns with some rows (rows, n) left out."""
-    used, noise, torques = (~rows).astype(float), columns.noise, columns.torques
-    correlation = columns.correlation
-    padded = np.pad(used, ((0, len(correlation)), (0, 0)))
-    later = np.array([padded[k : k + len(used)] for k in range(len(correlation))])
-    draws = noise.draws
-    noise = replace(
-        noise, columns=[D * used[:, :, None] for D in noise.columns], correlation=correlation * used * later,
-        draws=None if draws is None else lambda X: [D * used for D in draws(X)],
-    )  # fmt: skip
+    used, torques = (~rows).astype(float), columns.torques
     return replace(
-        columns, Y=columns.Y * used[:, :, None], offsets=columns.offsets * used[:, :, None], noise=noise,
+        columns, Y=columns.Y * used[:, :, None], offsets=columns.offsets * used[:, :, None],
+        noise=columns.noise.without(used, columns.Y),
         torques=lambda delay: (torques(delay)[0] * used, torques(delay)[1] * used),
     )  # fmt: skip
 

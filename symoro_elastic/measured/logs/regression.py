@@ -14,7 +14,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +24,8 @@ from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
-from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.logs.unit_parameters import has_body, machine_of_units, rigid_machine, units_of
 from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.state import State
@@ -41,6 +41,9 @@ from symoro_elastic.symbolic.program import Program
 
 PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
 
+OF_JOINTS = ("IA", "FV", "FS", "K", "DA", "KQ")  # quantities of joints on which torques depend linearly
+Units = Mapping[tuple[int, str], str]
+"""Names by row and quantity."""
 EXTENT = (2.0, 3.0, 10.0)  # of random q, qd, qdd
 JUMP = 0.3  # of a dependent variable from one sample to the next, rad or m, that is one to another branch
 
@@ -58,47 +61,11 @@ class RegressorColumn:
     value: float = math.nan
 
 
-class Regressor(Protocol):
-    """Y of tau = Y X."""
+class Regressor:
+    """Y of tau = Y X of a machine by the `regressor` model, and Y X of an uncoupled one by inverse dynamics.
 
-    @property
-    def columns(self) -> Sequence[RegressorColumn]:
-        """The parameters X."""
-
-    def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
-        """Return columns of Y, (samples, n, chosen), from (samples, n)."""
-
-    def torques(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int], X: Array) -> Array:
-        """Return Y X of some columns, (samples, n)."""
-
-    def loads(self, q: Array) -> Array:
-        """Return the part without X, (samples, n): forces that balance the external wrenches."""
-
-    def joint_torques(self, q: Array, tau: Array) -> Array:
-        """Return what torques of motors (samples, m) do on the joints that move, (samples, n), zero for the others."""
-
-    def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
-        """Return random q, qd, qdd (states, n) at which loops close."""
-
-    @property
-    def start(self) -> Array:
-        """Where motions start, (n): a position at which loops close, zero without."""
-
-    def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
-        """Return rates of joints by row of the table, (samples, rows): of joint coordinates, of coupled joints."""
-
-    def felt_by(self, row: int) -> list[int]:
-        """Return the independent variables (0-based in q) that a joint moves with."""
-
-    def closes(self, q: Array) -> BoolArray:
-        """Return whether loops close at positions along a record, without a jump from one to the next."""
-
-
-class ByLinearity:
-    """Y of a machine, column by column: the inverse dynamic model of rigid joints at unit parameters.
-
-    Y_c = tau(q, qd, qdd; X = e_c) - tau(q, qd, qdd; X = 0), exact, for tau is linear in X; what acts on a joint alone
-    is written out, so no joint may follow others. `values` are those of the named parameters.
+    tau is linear in X, so Y X = tau(q, qd, qdd; X) - tau(q, qd, qdd; 0) of rigid joints, and what acts on one alone.
+    `values` are those of the named parameters.
     """
 
     def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
@@ -116,16 +83,28 @@ class ByLinearity:
         """Inertial parameters of every body that has any, then IA, friction, springs of every joint."""
         return (*self._inertial(), *(c for j in self.machine.articulated for c in self._of_joint(j)))
 
+    @cached_property
+    def _traced(self) -> tuple[Program, dict[tuple[int, str], int]]:
+        """The program of the `regressor` model, and its columns by row of the table and quantity."""
+        unit = machine_of_units(self.machine)
+        traced = trace(unit, "regressor")
+        places = {label: c for c, label in enumerate(traced.results["Y"].column_labels)}
+        labels = {(p.joint, p.entry): p.label for p in linear_parameters(Bound(unit))}
+        return traced.program, {key: places[label] for key, label in labels.items() if label in places}
+
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
-        """Return columns of Y, (samples, n, chosen)."""
+        """Return columns of Y, (samples, n, chosen), from (samples, n)."""
         Y = np.zeros((*q.shape, len(chosen)))
-        zero = self._torques(q, qd, qdd)
-        for k, column in enumerate(self.columns[c] for c in chosen):
-            if column.quantity in INERTIAL:
-                Y[:, :, k] = self._torques(q, qd, qdd, self._units[column.row, column.quantity]) - zero
-            else:
-                joint = self.machine.independent.index(column.row)
-                Y[:, joint, k] = OF_JOINT[column.quantity](*(x[:, joint] for x in (q, qd, qdd)))
+        if not (rows := len(self.machine.independent)):
+            return Y
+        program, place = self._traced
+        entries = program.outputs[0].entries
+        width = len(entries) // rows
+        places = [place.get((self.columns[c].row, self.columns[c].quantity), -1) for c in chosen]
+        wanted = [(i, k, entries[i * width + c]) for i in range(rows) for k, c in enumerate(places) if c >= 0]
+        wanted = [(i, k, x) for i, k, x in wanted if isinstance(x, Expression) or x != 0]
+        evaluated = _values_at([x for _, _, x in wanted], self._symbols(program, (q, qd, qdd)), len(q))
+        Y[:, [i for i, _, _ in wanted], [k for _, k, _ in wanted]] = evaluated
         return Y
 
     def torques(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int], X: Array) -> Array:
@@ -140,11 +119,11 @@ class ByLinearity:
             else:
                 joint = self.machine.independent.index(column.row)
                 own[:, joint] += x * OF_JOINT[column.quantity](*(y[:, joint] for y in (q, qd, qdd)))
-        return own + self._run(self._rigid, (q, qd, qdd), values) - self._torques(q, qd, qdd)
+        return own + self._run(self._rigid, (q, qd, qdd), values) - self._torques_without_bodies(q, qd, qdd)
 
     def loads(self, q: Array) -> Array:
         """Return forces that balance the external wrenches, (samples, n)."""
-        return self._torques(q, np.zeros_like(q), np.zeros_like(q))
+        return self._torques_without_bodies(q, np.zeros_like(q), np.zeros_like(q))
 
     def joint_torques(self, q: Array, tau: Array) -> Array:
         """Return what torques of motors (samples, m) do on the joints that move, S_m^T tau (samples, n) (L3)."""
@@ -187,8 +166,8 @@ class ByLinearity:
         of_row = coordinates.S_x[row] if row in self.machine.with_variable else coordinates.S[row]
         return [k for k, j in enumerate(self.machine.independent) if j in of_row]
 
-    def _torques(self, q: Array, qd: Array, qdd: Array, unit: str = "") -> Array:
-        return self._run(self._rigid, (q, qd, qdd), {name: float(name == unit) for name in self._units.values()})
+    def _torques_without_bodies(self, q: Array, qd: Array, qdd: Array) -> Array:
+        return self._run(self._rigid, (q, qd, qdd), dict.fromkeys(self._units.values(), 0.0))
 
     def _run(self, program: Program, state: Sequence[Array], parameters: Mapping[str, float]) -> Array:
         """Return the entries of the first result of a program at stacked states, (samples, entries)."""
@@ -254,30 +233,6 @@ class ByLinearity:
         return _value(formula, self._values)
 
 
-class ByEquations(ByLinearity):
-    """Y of a machine from the `regressor` model, all columns at once."""
-
-    def __init__(self, machine: Machine, values: Mapping[str, float]) -> None:
-        super().__init__(machine, values)
-        unit = machine_of_units(machine)
-        self._traced = trace(unit, "regressor")
-        places = {label: c for c, label in enumerate(self._traced.results["Y"].column_labels)}
-        labels = {(p.joint, p.entry): p.label for p in linear_parameters(Bound(unit))}
-        self._place = {key: places[label] for key, label in labels.items() if label in places}
-
-    def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
-        """Return columns of Y, (samples, n, chosen)."""
-        rows, entries = len(self.machine.independent), self._traced.program.outputs[0].entries
-        width = len(entries) // rows
-        places = [self._place.get((self.columns[c].row, self.columns[c].quantity), -1) for c in chosen]
-        wanted = [(i, k, entries[i * width + c]) for i in range(rows) for k, c in enumerate(places) if c >= 0]
-        wanted = [(i, k, x) for i, k, x in wanted if isinstance(x, Expression) or x != 0]
-        Y = np.zeros((*q.shape, len(chosen)))
-        evaluated = _values_at([x for _, _, x in wanted], self._symbols(self._traced.program, (q, qd, qdd)), len(q))
-        Y[:, [i for i, _, _ in wanted], [k for _, k, _ in wanted]] = evaluated
-        return Y
-
-
 def _values_at(entries: Sequence[Any], symbols: Mapping[str, Any], samples: int) -> Array:
     with np.errstate(invalid="ignore"):
         value = evaluate(entries, symbols, arithmetic(float))
@@ -295,7 +250,7 @@ OF_JOINT: dict[str, Callable[[Array, Array, Array], Array]] = {
 }
 
 
-def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> ByLinearity:
+def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> Regressor:
     """Return Y of a machine; `values` replace those of its parameters.
 
     Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value, a spring
@@ -310,9 +265,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     base = machine.base
     motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
     _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], values_of_names)
-    return (ByEquations if machine.independent else ByLinearity)(
-        _with_values(machine, values_of_names), values_of_names
-    )
+    return Regressor(_with_values(machine, values_of_names), values_of_names)
 
 
 def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
@@ -403,3 +356,67 @@ def _meant(machine: Machine, name: str, columns: Sequence[RegressorColumn]) -> s
         if name in (f"{column.quantity}{column.row}", named_entries(joint).get(column.quantity)):
             choices.append(f"{column.label} for {column.quantity} of joint {column.row} ({joint.name})")
     return f"the machine has another quantity of this name: write {' or '.join(choices)}" if choices else ""
+
+
+# Machines whose parameters have names, so that torques by a unit of a parameter can be computed
+
+
+def has_body(body: Body) -> bool:
+    """Return whether the table gives the body any inertia; a body without has no columns."""
+    return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
+
+
+def units_of(machine: Machine) -> dict[tuple[int, str], str]:
+    """Return by row and quantity a name, free in the machine, for each parameter of bodies with inertia and joints."""
+    used_names = ParameterLabels(machine).taken
+    bodies = [j for j, x in enumerate(machine.joints, 1) if has_body(x.body)]
+    prefix = next(prefix for k in count(1) if not any(name.startswith(prefix := "X" * k + "_") for name in used_names))
+    keys = [(j, name) for j in bodies for name in INERTIAL]
+    keys += [(j, name) for j in machine.articulated for name in OF_JOINTS]
+    return {(j, name): f"{prefix}{name}{j}" for j, name in keys}
+
+
+def _with_names(machine: Machine, unit_joint: Callable[[int, Joint, Units], Joint]) -> Machine:
+    """Return the machine with its parameters named by `units_of`, as `unit_joint` puts them into a row."""
+    units = units_of(machine)
+    joints = tuple(unit_joint(j, joint, units) for j, joint in enumerate(machine.joints, start=1))
+    return replace(machine, joints=joints, parameters=(*machine.parameters, *map(Parameter, units.values())))
+
+
+def rigid_machine(machine: Machine) -> Machine:
+    """Return the machine with every independent joint a motor without friction, every body's parameters named."""
+    kinds = dict.fromkeys(machine.independent, Kind.MOTOR) | dict.fromkeys(machine.dependent, Kind.PASSIVE)
+
+    def rigid(j: int, joint: Joint, units: Units) -> Joint:
+        zero = Formula.parse(0)
+        bare = replace(joint, spring=Spring(), friction=Friction(), rotor_inertia=zero, ratio=zero, sharing=zero)
+        return replace(_with_unit_body(j, bare, units), kind=kinds.get(j, joint.kind))
+
+    return _with_names(machine, rigid)
+
+
+def machine_of_units(machine: Machine) -> Machine:
+    """Return the machine without wrenches, all parameters on which torques depend linearly named."""
+
+    def of_units(j: int, joint: Joint, units: Units) -> Joint:
+        bare = replace(_with_unit_body(j, joint, units), wrench=Wrench(), ratio=Formula.parse(0))
+        if j not in machine.articulated:
+            return bare
+        cell = {name: Formula.parse(units[j, name]) for name in OF_JOINTS}
+        friction = Friction(cell["FV"], cell["FS"], joint.friction.creep)
+        spring = Spring(cell["K"], cell["DA"], cell["KQ"])
+        if joint.kind is Kind.MOTOR:
+            spring = replace(spring, damping=joint.spring.damping)
+        spring = spring if joint.has_spring else joint.spring
+        return replace(bare, rotor_inertia=cell["IA"], friction=friction, spring=spring)
+
+    return _with_names(machine, of_units)
+
+
+def _with_unit_body(j: int, joint: Joint, units: Units) -> Joint:
+    if not has_body(joint.body):
+        return joint
+    named = {name: Formula.parse(units[j, name]) for name in INERTIAL}
+    mx, my, mz = (named[name] for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
+    return replace(joint, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))

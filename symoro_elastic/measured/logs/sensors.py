@@ -15,9 +15,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT, Estimate, Unknown, Verdict
-from symoro_elastic.measured.logs.estimation import FROM_DATA, Estimation, LeastSquares, balanced_rows, solve
+from symoro_elastic.measured.logs.estimation import Estimation, LeastSquares, independent_solution
 from symoro_elastic.measured.logs.noise import RowNoise
-from symoro_elastic.numerics.linear.independence import independent_columns
 
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: as data say, always, never."""
@@ -25,9 +24,8 @@ DELAY, OFFSET = "DELAY", "OFF"
 USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
 UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
-LEAST_DELAY = 0.01  # of a sampling period: smaller delays are not estimated
+LEAST_DELAY = 0.01  # of a sampling period: smaller delays and steps to them do not count
 ROUNDS = 6  # Gauss-Newton steps to a delay
-CONVERGED = 0.02  # of a sampling period: last step
 LARGEST_STEP = 0.1  # of a period of the fastest motion
 
 
@@ -65,6 +63,11 @@ class Columns:
         """Return Y and its noise with columns of the offsets of some motors and of a delay."""
         more = [self.offsets[:, :, list(motors)], *([] if slope is None else [-slope[:, :, None]])]
         return np.concatenate([self.Y, *more], axis=2), self.noise.with_exact(sum(x.shape[2] for x in more))
+
+    def solution(self, motors: Sequence[int], slope: Array | None, tau: Array) -> tuple[list[int], LeastSquares]:
+        """Return the independent columns of the machine, offsets and a delay, and their solution."""
+        Y, noise = self.with_sensor_columns(motors, slope)
+        return independent_solution(Y, tau, noise)
 
 
 @dataclass(frozen=True)
@@ -110,8 +113,9 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     if delay == NEVER:
         return _sensors(columns, motors, offsets, None)
     late = delay_of(columns, motors)
-    lasting = late is not None and (delay == ALWAYS or _is_late(late, columns))
-    return _sensors(columns, motors, offsets, late[0] if late and lasting else None)
+    least = LEAST_DELAY * columns.sampling
+    is_late = late is not None and (delay == ALWAYS or abs(late[0]) > max(SIGNIFICANT * late[1], least))
+    return _sensors(columns, motors, offsets, late[0] if late and is_late else None)
 
 
 def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
@@ -127,33 +131,20 @@ def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | 
     return Sensors(estimated, delay is not None, delay or 0.0, undetermined)
 
 
-def _is_late(late: tuple[float, float], columns: Columns) -> bool:
-    return abs(late[0]) > max(SIGNIFICANT * late[1], LEAST_DELAY * columns.sampling)
-
-
-def independent_solution(
-    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array
-) -> tuple[list[int], LeastSquares]:
-    """Return the independent columns and their solution."""
-    Y, noise = columns.with_sensor_columns(motors, slope)
-    independent = list(independent_columns(balanced_rows(Y), FROM_DATA).kept)
-    return independent, solve(Y[:, :, independent], tau, noise.of_columns(independent, Y.shape[2]))
-
-
 def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | None:
     """Return the delay and its standard deviation by Gauss-Newton steps; None where the motion does not show it."""
     delay, most = 0.0, LARGEST_STEP * columns.motion
     last = columns.Y.shape[2] + len(motors)
     for _ in range(ROUNDS):
         tau, slope = columns.torques(delay)
-        independent, solution = independent_solution(columns, motors, slope, tau)
+        independent, solution = columns.solution(motors, slope, tau)
         if last not in independent:
             return None
         step, std = float(solution.X[-1]), float(solution.std[-1])
         if abs(delay + step) <= max(SIGNIFICANT * std, LEAST_DELAY * columns.sampling):
             return delay + step, std
         delay += float(np.clip(step, -most, most))
-        if abs(step) <= CONVERGED * columns.sampling:
+        if abs(step) <= LEAST_DELAY * columns.sampling:
             break
     return delay, std
 
@@ -173,35 +164,25 @@ def _offsets(
     every = _found_offsets(columns, motors, slope, tau)
     if seek == ALWAYS:
         return tuple(every), {}
-    largest = {m: _largest(columns, m, tau) for m in motors}
+    on_joints = {m: columns.offsets[:, :, m].any(axis=0) for m in motors}
+    largest = {m: float(np.abs(tau[:, joints]).max(initial=0.0)) for m, joints in on_joints.items()}
     determined = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
     offsets = every if len(determined) == len(motors) else _found_offsets(columns, determined, slope, tau)
-    shown = {m: abs(x.value) / largest[m] for m, x in offsets.items() if _shows(x, largest[m])}
-    usual = {m: max([USUAL, *shown.values()]) * largest[m] for m in motors}
-    harmless = [m for m, x in offsets.items() if m not in shown and _is_harmless(x, largest[m])]
+    least = {m: LEAST_OFFSET * x for m, x in largest.items()}
+    significant = [m for m, x in offsets.items() if abs(x.value) > max(SIGNIFICANT * x.std, least[m])]
+    usual_fraction = max([USUAL, *(abs(offsets[m].value) / largest[m] for m in significant)])
+    usual = {m: usual_fraction * largest[m] for m in motors}
+    most = {m: abs(x.value) + SIGNIFICANT * x.std for m, x in offsets.items()}
+    small = [m for m, x in offsets.items() if x.correlation <= UNCORRELATED or most[m] <= least[m]]
+    harmless = [m for m in small if m not in significant]
     sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
     return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
-
-
-def _shows(offset: _Offset, largest: float) -> bool:
-    return abs(offset.value) > max(SIGNIFICANT * offset.std, LEAST_OFFSET * largest)
-
-
-def _is_harmless(offset: _Offset, largest: float) -> bool:
-    """Return whether an offset that does not show changes no parameter much, however large it may be."""
-    most = abs(offset.value) + SIGNIFICANT * offset.std
-    return offset.correlation <= UNCORRELATED or most <= LEAST_OFFSET * largest
-
-
-def _largest(columns: Columns, motor: int, tau: Array) -> float:
-    """Return the largest torque of the joints on which a motor acts."""
-    return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
 
 
 def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
     """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
-    independent, solution = independent_solution(columns, motors, slope, tau)
+    independent, solution = columns.solution(motors, slope, tau)
     places = {m: independent.index(own + k) for k, m in enumerate(motors) if own + k in independent}
     of_machine = [k for k, c in enumerate(independent) if c < own]
     correlation = np.abs(solution.covariance / np.outer(solution.std, solution.std))

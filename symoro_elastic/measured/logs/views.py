@@ -24,9 +24,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate
 from symoro_elastic.measured.logs.excitation import Excitation
 from symoro_elastic.measured.logs.identified import Identified
-from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.measured.logs.result import Fit, Identification, own_fit
 from symoro_elastic.measured.logs.trajectory import ExcitingTrajectory, MotorRange
-from symoro_elastic.measured.logs.validation import Fit, own_fit
 
 SPRINGS_FOLLOW = 4.0
 """Springs follow a motion quasi-statically up to this part of their frequency: torques have twice that of a motion."""

@@ -11,12 +11,12 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
-from symoro_elastic.measured.vibration_tests.predictions import Predicted
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind
+from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
 
 LACKING = 3.0  # mean square of residuals in a band above which the model lacks something there
 OPPOSITE = 2.5  # median phase error, rad, of a pair whose sign is wrong
@@ -31,7 +31,6 @@ LEAST_DECREASE = 0.01  # decrease of amplitudes at the last line of a channel, b
 COPIED = 1e-4  # relative distance of responses that are copies; no two measurements are that near
 NORMAL = 1.5  # largest mean square of noise over the square of its deviation by the median
 SPIKED = 0.002  # fraction of spikes that is reported
-MOST_NAMED = 3  # frequencies of spikes in a line
 IMAGINARY = 1e-9  # of a response: imaginary parts of an undamped model are smaller, by rounding
 BANDS = 40  # bands of a test, evenly in the logarithm of frequency
 FARTHEST_PEAK = 0.5  # relative distance beyond which a predicted peak is another one
@@ -52,16 +51,14 @@ def refuse_copies(tests: Sequence[VibrationTest]) -> None:
     earlier: list[tuple[ComplexArray, int]] = []
     for t, test in enumerate(tests):
         for response in test.responses:
-            first = next((k for H, k in earlier if k != t and _is_copy(response.H, H)), t)
+            least = COPIED * np.median(np.abs(response.H))
+            same = (k for H, k in earlier if k != t and H.shape == response.H.shape
+                    and np.median(np.abs(response.H - H)) <= least)  # fmt: skip
+            first = next(same, t)
             earlier.append((response.H, t))
             if first != t:
                 what = f"has the same numbers as a response of {tests[first].name}: keep one"
                 raise InputError(test.name, response.pair, what)
-
-
-def _is_copy(a: ComplexArray, b: ComplexArray) -> bool:
-    """Whether two responses are the same but for the last digits of their files."""
-    return a.shape == b.shape and bool(np.median(np.abs(a - b)) <= COPIED * np.median(np.abs(a)))
 
 
 def refuse_without_phase(
@@ -257,7 +254,8 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
         return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
-    if _is_noise(fit):
+    r = np.abs(fit.residuals)
+    if fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2:
         what = "residuals are larger than coherence and averages imply, equally at all frequencies: check both"
         return f"chi2 {fit.chi2:.3g}: {what}; standard deviations are increased accordingly"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
@@ -267,12 +265,6 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     what += "standard deviations are lower bounds then"
     low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
-
-
-def _is_noise(fit: Fit) -> bool:
-    """Whether large residuals are noise: neighbours are uncorrelated, and few are far above the median."""
-    r = np.abs(fit.residuals)
-    return fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2
 
 
 def _beside(fit: Fit) -> str:
@@ -292,7 +284,7 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     """Return a line for each test whose outputs come later than those of the model by more than doubt explains."""
     outputs: dict[str, list[str]] = {}
     for delay in fit.delays:
-        if delay.shows:
+        if delay.is_significant:
             fall = (
                 f", {100 * math.expm1(-delay.fall):+.2g} % at its last line" if abs(delay.fall) > LEAST_DECREASE else ""
             )
@@ -309,7 +301,7 @@ def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     factors: dict[str, list[tuple[str, float]]] = {}
     for gain in fit.gains:
         line, size = fit.lines[gain.line], math.exp(gain.log)
-        factors.setdefault(tests[line.test].name, []).append((line.measured.pair, size if gain.shows else 1.0))
+        factors.setdefault(tests[line.test].name, []).append((line.measured.pair, size if gain.is_significant else 1.0))
     notes = []
     for name, sizes_of_pairs in factors.items():
         sizes = np.array([size for _, size in sizes_of_pairs])
@@ -350,7 +342,7 @@ def of_neighbours(fit: Fit) -> list[str]:
 
 def of_windows(listed: Sequence[VibrationTest], fit: Fit, labels: Sequence[str]) -> list[str]:
     """Return a line about windows that residuals indicate or allow, and the values under them."""
-    std, notes = np.sqrt(np.diag(fit.covariance)), []
+    std, notes = fit.std, []
     estimated = [k for k, (a, b) in enumerate(zip(listed, fit.tests, strict=True)) if a.window is not b.window]
     for k in estimated:
         indicated = _window_name(fit.tests[k].window, fit.windows.get(k, 0.0))

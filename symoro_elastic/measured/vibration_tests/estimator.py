@@ -25,11 +25,11 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.corrections import VERY_STRONG
+from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.fitting.evidence import Evidence
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly, with_windows
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
-    Lines,
     Misfit,
     Residuals,
     WindowAlternative,
@@ -39,22 +39,26 @@ from symoro_elastic.measured.vibration_tests.misfit import (
     is_known,
     usual_chi2,
 )
-from symoro_elastic.measured.vibration_tests.nuisances import ChannelResponse, Nuisances, gain_nuisances, nuisances_of
-from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
+from symoro_elastic.measured.vibration_tests.nuisances import (
+    ACCELERATION,
+    Delay,
+    Gain,
+    Nuisances,
+    channel_delays,
+    channel_gains,
+    out_of_band_modes,
+)
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.numerics.motion.signals import outputs
 
 WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare lists of tests
 NARROW = 0.1  # the same, to compare points of the prior
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
-TRIED = (0.25, 0.5, 1.0)  # distances of other values, over the prior standard deviation, by which intervals are widened
-CLEAR = 3.0  # standard deviations at which values differ
 FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
-CLEARLY_NOISE = 1.08  # chi2 below which nothing is left to explain
 EXPLAINED_BY_WINDOW = 0.3  # of chi2 - 1, the most that a window leaves where the model lacks something, too
 WIDER_EVIDENCE = (100.0, 10.0, 1.0)
 """Times the standard deviations of evidence, by which fits approach it: its valleys are narrow and curved."""
@@ -112,11 +116,6 @@ class Minimum:
         return is_far(self.fit)
 
     @property
-    def is_clear(self) -> bool:
-        """Whether nothing is left to explain."""
-        return self.fit.chi2 < CLEARLY_NOISE
-
-    @property
     def cost(self) -> float:
         """Negative log-likelihood, with the prior."""
         return self.fit.cost
@@ -136,35 +135,14 @@ class Minimum:
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
-        return any(nuisance.shows for nuisance in self.fit.delays) or any(nuisance.shows for nuisance in self.fit.gains)
+        nuisances: tuple[Delay | Gain, ...] = (*self.fit.delays, *self.fit.gains)
+        return any(nuisance.is_significant for nuisance in nuisances)
 
     @property
     def criterion(self) -> float:
         """Half of Schwarz's criterion: the cost, and what each nuisance would explain of noise."""
         more = len(self.all) - self.misfit.unknowns
         return self.cost + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
-
-    def with_wide_intervals(self) -> Fit:
-        """Return the fit with intervals that hold values far off, where these explain the tests as well.
-
-        A mode beyond the band, or one that hardly shows, may sit where it explains some noise: how sharp that minimum
-        is says nothing of other values. They are tried with all other unknowns as they are, which can only cost more.
-        """
-        misfit, fit, x = self.misfit, self.fit, self.all
-        p = misfit.unknowns
-        std, wide = np.sqrt(np.diag(fit.covariance)), np.ones(p)
-        c = misfit.scale(fit.residuals)
-        least = misfit.cost(fit.residuals, x, c)
-        for k, along in enumerate(np.eye(len(x))[:p] / np.sqrt(misfit.prior)[:, None][:p]):
-            for share in TRIED:
-                d = share * along[k]
-                if d <= CLEAR * std[k]:
-                    continue
-                most = least + min(VERY_STRONG, (d / std[k]) ** 2 / 8)
-                if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
-                    break
-                wide[k] = d / std[k]
-        return replace(fit, covariance=fit.covariance * np.outer(wide, wide))
 
 
 def is_far(fit: Fit) -> bool:
@@ -192,7 +170,6 @@ class Estimator:
         far = usual_chi2([test.averages for test in predictions.tests if test.averages])
         self.alone = Misfit(predictions, self.lines, far, robust, evidence=evidence)
         self._kernels: dict[tuple[float, bytes], Array] = {}
-        self._at_start: dict[bytes, list[Predicted]] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def of(self, predictions: Predictions) -> Estimator:
@@ -202,13 +179,10 @@ class Estimator:
             response = tests[line.test].responses[line.place]
             sd = line.sd if response.H is line.measured.H else deviations(response, tests[line.test].averages)
             lines.append(replace(line, measured=response, sd=sd if len(sd) == len(line.sd) else sd[line.counted]))
-        estimator = Estimator(predictions, lines, self.alone.robust, self._evidence_for(predictions))
+        same_unknowns = predictions.sought.labels == self.predictions.sought.labels  # not if other motors are held
+        estimator = Estimator(predictions, lines, self.alone.robust, self.alone.evidence if same_unknowns else None)
         estimator._kernels = self._kernels
         return estimator
-
-    def _evidence_for(self, predictions: Predictions) -> Evidence | None:
-        """Return the evidence; none where other motors that are held make the unknowns others."""
-        return self.alone.evidence if predictions.sought.labels == self.predictions.sought.labels else None
 
     def near(self, x: Array) -> Minimum:
         """Return the minimum of the model alone near x; what is unknown of windows and zeros starts at none."""
@@ -225,10 +199,8 @@ class Estimator:
         near = self._near(self.alone, self.start)
         check(near.fit, self.predictions.at(near.x, slopes=False))
         best, chosen = self._best_minima(near)
-        has_modes = any(test.modes for test in self.predictions.tests)
-        widens = not (has_modes or (chosen.is_far and chosen.fit.largest_term))
-        chosen, alternatives = self._under_possible_windows(self._with_small_channel_terms(chosen))
-        fit = replace(chosen.with_wide_intervals() if widens else chosen.fit, alternatives=alternatives)
+        chosen, alternatives = self._under_possible_windows(chosen)
+        fit = replace(chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
                 fit = replace(fit, covariance=fit.covariance + np.outer(doubt.shift, doubt.shift))
@@ -258,11 +230,13 @@ class Estimator:
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with nuisances near one of the model alone: windows, channels, terms, until one is clear."""
+        """Return minima with windows, channels, terms near that of the model alone, until one explains the tests."""
         extended: list[Minimum] = []
-        for minima in (self._under_others, partial(self._of_channels, near), partial(self._with_terms, near)):
-            extended += minima()
-            if any(minimum.is_clear for minimum in extended):
+        windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
+        under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
+        for minima in (under_others, self._of_channels(near), self._with_terms(near)):
+            extended += minima
+            if not all(minimum.is_far for minimum in extended):
                 break
         return extended
 
@@ -281,11 +255,11 @@ class Estimator:
         minima = [self._near(self.alone, x) for x in (self.start, *nearest)]
         costs = [_modal_cost(self.alone, minimum.x) for minimum in minima]
         fit = minima[int(np.argmin(costs))].fit
-        std, seen = np.sqrt(np.diag(fit.covariance)), [fit.x]
+        std, seen = fit.std, [fit.x]
         covariance = fit.covariance
         for cost, minimum in zip(costs, minima, strict=True):
             apart = min(float((np.abs(minimum.x - x) / std).max()) for x in seen)
-            if cost < min(costs) + VERY_STRONG and apart > CLEAR:
+            if cost < min(costs) + VERY_STRONG and apart > SIGNIFICANT:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
@@ -296,26 +270,19 @@ class Estimator:
         points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
         return points
 
-    def _with_small_channel_terms(self, minimum: Minimum) -> Minimum:
-        """Return the minimum, refitted with gains and delays of channels if these are very strongly indicated."""
-        if minimum.is_far or minimum.misfit.nuisances.count:
-            return minimum
-        minima = [minimum]
-        for nuisances in self._channel_nuisances:
-            misfit = replace(minimum.misfit, nuisances=nuisances)
-            x = np.concatenate([minimum.all, np.zeros(nuisances.count)])
-            penalty = 0.5 * nuisances.count * math.log(sum(2 * len(line.f) for line in self.lines))
-            if misfit.expected_fall(x) > VERY_STRONG + penalty:
-                minima.append(Minimum(misfit, misfit.minimum(x, differences)))
-        return min((other for other in minima if other is minimum or other.is_of_channels), key=attrgetter("criterion"))
+    @cached_property
+    def _orders(self) -> list[int]:
+        """How often the outputs of lines are derived."""
+        machine = self.predictions.motion.given
+        return [outputs(machine, [line.measured.output])[0].order for line in self.lines]
 
     @cached_property
     def _channel_nuisances(self) -> tuple[Nuisances, ...]:
-        """Factors of channels, delays, both."""
-        delays, both = (
-            nuisances_of(self._channel_responses, channels=True, terms=False, gains=gains) for gains in (False, True)
-        )
-        return gain_nuisances(self._channel_responses), delays, both
+        """Factors of channels, delays with direct parts of accelerations, factors and delays."""
+        gains = channel_gains(self.lines)
+        accelerations = [k for k, order in enumerate(self._orders) if order == ACCELERATION]
+        both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
+        return gains, channel_delays(self.lines, accelerations), both
 
     def _others(self) -> Iterator[Predictions]:
         """Yield predictions of the tests under the other windows that they may have.
@@ -368,7 +335,7 @@ class Estimator:
         c = other.all[len(other.x) : other.misfit.first]
         if not len(c):
             return other, True
-        c = np.clip(c + CLEAR * np.array([*other.fit.windows.values()]), 0.0, 1.0)
+        c = np.clip(c + SIGNIFICANT * np.array([*other.fit.windows.values()]), 0.0, 1.0)
         tests = other.misfit.predictions.tests_at(np.concatenate([other.x, c]))
         return self._under(other, self.predictions.of(tests)), False
 
@@ -378,21 +345,6 @@ class Estimator:
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
 
-    def _under_others(self) -> Iterator[Minimum]:
-        """Yield minima near the start under windows that tests do not name."""
-        for predictions in self._others():
-            yield self._near(replace(self.alone, predictions=predictions), predictions.start)
-
-    @cached_property
-    def _channel_responses(self) -> list[ChannelResponse]:
-        """The lines with what nuisances depend on."""
-        machine = self.predictions.motion.given
-        orders = [outputs(machine, [line.measured.output])[0].order for line in self.lines]
-        return [
-            ChannelResponse(line.test, line.measured.output, line.measured.input, line.f, line.H, order)
-            for line, order in zip(self.lines, orders, strict=True)
-        ]
-
     def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
@@ -401,23 +353,24 @@ class Estimator:
         best = minimum
         for nuisances in self._channel_nuisances:
             misfit = replace(self.alone, nuisances=nuisances)
-            for x in (self.start,) if best is minimum and not nuisances.channels else (best.x, self.start):
+            for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
                 predicted = self.predictions.at(x, slopes=False)
                 logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
                 candidate = self._near(misfit, np.concatenate([x, misfit.nuisances.start(logarithms)]))
                 best = min(best, candidate, key=attrgetter("cost"))
                 if candidate.is_of_channels:
                     yield candidate
-                    if candidate.is_clear:
+                    if not candidate.is_far:
                         return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
         if not math.isfinite(minimum.fit.chi2):
             return
-        for channels in (False, True):
-            misfit = replace(minimum.misfit, nuisances=nuisances_of(self._channel_responses, channels, terms=True))
-            x = np.concatenate([minimum.x, np.zeros(misfit.nuisances.count)])
+        terms = out_of_band_modes(self.lines, self._orders).parts
+        for delays in ((), self._channel_nuisances[1].parts):
+            misfit = replace(minimum.misfit, nuisances=Nuisances((*delays, *terms)))
+            x = np.concatenate([minimum.x, np.zeros(len(misfit.nuisances.prior))])
             yield Minimum(misfit, misfit.minimum(x, differences))
 
     def _near(self, misfit: Misfit, x: Array) -> Minimum:
@@ -466,8 +419,4 @@ def _logarithms(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
     """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
     sd = line.sd / np.abs(line.H)
     weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
-    return in_parts(_log(G / line.H) * weight, dG / G * weight)
-
-
-def _log(x: ComplexArray) -> ComplexArray:
-    return np.asarray(np.log(x), dtype=complex)
+    return in_parts(np.asarray(np.log(G / line.H) * weight, dtype=complex), dG / G * weight)

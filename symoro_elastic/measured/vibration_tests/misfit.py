@@ -15,18 +15,18 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import CAUCHY, TO_DEVIATION
+from symoro_elastic.measured.fitting.estimates import CAUCHY, SIGNIFICANT, TO_DEVIATION
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, Window
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
 from symoro_elastic.measured.vibration_tests.predictions import (
+    Lines,
     Predicted,
     PredictedModes,
     Predictions,
     Swinging,
     pairs_of_modes,
 )
-from symoro_elastic.measured.vibration_tests.windows import Window
 
 LEAST_COHERENCE = 0.01  # lower coherences are those of noise
 MOST_COHERENCE = 1 - 1e-4  # higher coherences are those of the analyzer's digits
@@ -45,36 +45,6 @@ USUAL_F = 0.002  # relative standard deviation of frequencies without one
 USUAL_ZETA = 0.1  # relative standard deviation of damping ratios without one
 QUIET = 3.0  # median residual of the neighbours of a spike
 NEIGHBOURS = 3  # lines with which residuals may be correlated
-CORRELATED = 0.1  # correlation of neighbouring residuals that counts
-CLEARLY = 5.0  # the same, in standard deviations
-
-
-@dataclass(frozen=True)
-class Lines:
-    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
-
-    measured: MeasuredResponse
-    counted: BoolArray
-    sd: Array
-    sd_is_known: bool
-    test: int
-    place: int
-
-    @property
-    def H(self) -> ComplexArray:
-        """The lines that count."""
-        H: ComplexArray = self.measured.H[self.counted]
-        return H
-
-    @property
-    def f(self) -> Array:
-        """Their frequencies, Hz."""
-        return self.measured.f[self.counted]
-
-    def predicted_by(self, predicted: Sequence[Predicted]) -> ComplexArray:
-        """Return the lines that count of the responses predicted of all tests."""
-        G: ComplexArray = predicted[self.test].responses[self.place].G[self.counted]
-        return G
 
 
 @dataclass(frozen=True)
@@ -97,7 +67,7 @@ class WindowAlternative:
 
 @dataclass(frozen=True)
 class Fit:
-    """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
+    """Logarithms x (p,) of the unknowns, their covariance (p, p), residuals.
 
     `chi2` is the mean square of residuals but for `spikes` of lines, 1 for a model that is as exact as the data; NaN
     where the noise is unknown.
@@ -110,12 +80,9 @@ class Fit:
     """
 
     x: Array
-    information: Array
     covariance: Array
     chi2: float
     residuals: Array
-    weights: Array
-    evaluations: int
     far: float
     lines: tuple[Lines, ...]
     cost: float
@@ -130,12 +97,10 @@ class Fit:
     windows: Mapping[int, float] = field(default_factory=dict)
     alternatives: tuple[WindowAlternative, ...] = ()
 
-
-@dataclass
-class Tally:
-    """Evaluations of predictions with slopes, over several fits."""
-
-    evaluations: int = 0
+    @property
+    def std(self) -> Array:
+        """Standard deviations (p,) of x."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 Of = Callable[[Lines, ComplexArray, ComplexArray], Residuals]
@@ -155,7 +120,6 @@ class Misfit:
     far: float
     robust: bool = True
     nuisances: Nuisances = field(default_factory=Nuisances)
-    tally: Tally = field(default_factory=Tally)
     evidence: Evidence | None = None
     trusts: bool = False
 
@@ -172,7 +136,7 @@ class Misfit:
     @cached_property
     def start(self) -> Array:
         """Where all unknowns are before any test."""
-        return np.concatenate([self.predictions.start, np.zeros(self.nuisances.count)])
+        return np.concatenate([self.predictions.start, np.zeros(len(self.nuisances.prior))])
 
     @cached_property
     def prior(self) -> Array:
@@ -188,24 +152,16 @@ class Misfit:
 
     def residuals(self, x: Array, of: Of) -> Residuals:
         """Return the residuals of all tests, those of modes last; raises `InputError` without equilibrium."""
-        self.tally.evaluations += 1
         predicted = self.predictions.at(x[: self.first])
         parts = [of(line, *self.response(k, predicted, x)) for k, line in enumerate(self.lines)]
         for test, prediction in zip(self.predictions.tests, predicted, strict=True):
             if test.modes is not None and prediction.modes is not None:
                 modal = modal_residuals(test.modes, prediction.modes)
-                parts.append(Residuals(modal.r, np.pad(modal.J, ((0, self.nuisances.count), (0, 0)))))
+                parts.append(Residuals(modal.r, np.pad(modal.J, ((0, len(self.nuisances.prior)), (0, 0)))))
         if self.evidence is not None:
             r, J = self.evidence.residuals(x[: self.unknowns])
             parts.append(Residuals(r, np.pad(J, ((0, len(x) - self.unknowns), (0, 0)))))
         return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
-
-    def expected_fall(self, x: Array) -> float:
-        """Return by how much the cost of differences falls from x in one step, were they linear."""
-        here = self.residuals(x, differences)
-        weighted = here.J * self._weights(here.r, self.scale(here.r))
-        b = weighted @ here.r + self.prior * (x - self.start)
-        return float(0.5 * b @ np.linalg.solve(weighted @ here.J.T + np.diag(self.prior), b))
 
     def minimum(self, x: Array, of: Of) -> Array:
         """Return where Levenberg-Marquardt ends: little to gain, or two steps running refused."""
@@ -260,25 +216,6 @@ class Misfit:
         data = np.where(self._may_be_outliers(r), c**2 * np.log1p((r / c) ** 2), r**2)
         return float(0.5 * data.sum() + 0.5 * self.prior @ (x - self.start) ** 2)
 
-    def cost_at(self, x: Array, c: float, most: float) -> float:
-        """Return the cost of lines at x, infinite without equilibrium; that of some tests if it is above `most`."""
-        tests = self.predictions.tests_at(x[: self.first])
-        predicted: list[Predicted] = [Predicted(())] * len(tests)
-        parts, cost = [self.evidence.apart(x[: self.unknowns])] if self.evidence else [], 0.0
-        for t, test in enumerate(tests):
-            try:
-                predicted[t : t + 1] = self.predictions.at(x[: self.first], slopes=False, tests=[test])
-            except (InputError, np.linalg.LinAlgError):
-                return math.inf
-            for k, line in enumerate(self.lines):
-                if line.test == t:
-                    apart = (self.response(k, predicted, x)[0] - line.H) / line.sd
-                    parts += [apart.real, apart.imag]
-            cost = self.cost(np.concatenate(parts), x, c) if parts else 0.0
-            if cost > most:
-                break
-        return cost
-
     def with_wider_evidence(self, factor: float) -> Misfit:
         """Return the same with trusted evidence of standard deviations times a factor."""
         evidence = self.evidence and replace(self.evidence, root=self.evidence.root / factor)
@@ -325,34 +262,25 @@ class Misfit:
         mean, efficiency = _of_normal_noise() if self.robust else (1.0, 1.0)
         freedom = max(1.0 - len(x) / max(len(here.r), 1), 0.1)
         spikes = self._spikes(here.r) if self.robust else ()
-        counted = np.ones(len(here.r), dtype=bool)
-        counted[: 2 * sum(map(len, spikes))] = ~np.concatenate(
-            [counted[:0], *(np.tile(is_spike, 2) for is_spike in spikes)]
+        counted = weights.copy()
+        counted[: 2 * sum(map(len, spikes))][np.concatenate([np.zeros(0, bool), *(np.tile(x, 2) for x in spikes)])] = (
+            0.0
         )
-        squares = weights[counted] @ here.r[counted] ** 2
-        chi2 = float(squares / max(weights[counted].sum(), 1e-300)) / mean / freedom
+        chi2 = float(counted @ here.r**2 / max(counted.sum(), 1e-300)) / mean / freedom
         wider = math.sqrt(self._alike(np.sqrt(weights) * here.r))
         information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0) / wider**2
-        p, m, posterior = self.unknowns, self.first, information + np.diag(self.prior)
-        covariance = np.asarray(np.linalg.inv(posterior), dtype=float)
-        if len(x) > p:
-            information = posterior[:p, :p] - posterior[:p, p:] @ np.linalg.solve(posterior[p:, p:], posterior[p:, :p])
-            information -= np.diag(self.prior[:p])
+        covariance = np.asarray(np.linalg.inv(information + np.diag(self.prior)), dtype=float)
+        p, m, std = self.unknowns, self.first, np.sqrt(np.diag(covariance))
         noise_is_known = all(line.sd_is_known for line in self.lines)
+        far = self.far if self.lines else max(self.far, largest_chi2(freedom * len(here.r)))
+        of_windows = zip(self.predictions.windowed, std[p:m].tolist(), strict=True)
         return Fit(
-            x[:p], information, covariance[:p, :p], chi2 if noise_is_known else math.nan, here.r, weights,
-            self.tally.evaluations, self.far if self.lines else max(self.far, largest_chi2(freedom * len(here.r))),
-            self.lines,
-            self.cost(here.r, x, CAUCHY) + 2 * sum(map(_logarithm_of_noise, self.lines)),
+            x[:p], covariance[:p, :p], chi2 if noise_is_known else math.nan, here.r, far, self.lines,
+            self.cost(here.r, x, CAUCHY) + 2 * sum(float(np.log(x.sd / np.abs(x.H)).sum()) for x in self.lines),
             self._median_logarithm(here.r), wider,
-            self.nuisances.largest(x[m:]), self.nuisances.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
-            self.nuisances.factors(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
-            spikes=spikes,
-            windows={
-                k: std
-                for k, std in zip(self.predictions.windowed, np.sqrt(np.diag(covariance)[p:m]).tolist(), strict=True)
-                if isinstance(k, int)
-            },
+            self.nuisances.largest_term(x[m:]), self.nuisances.delays(x[m:], std[m:]),
+            self.nuisances.gains(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
+            spikes=spikes, windows={k: s for k, s in of_windows if isinstance(k, int)},
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:
@@ -390,13 +318,8 @@ class Misfit:
             sum(float(np.real(np.vdot(residuals[j:], residuals[:-j]))) for residuals in lines) / size
             for j in range(1, NEIGHBOURS + 1)
         ]
-        clear = max(CORRELATED, CLEARLY / math.sqrt(2 * sum(map(len, lines))))
-        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > clear else 1.0
-
-
-def _logarithm_of_noise(line: Lines) -> float:
-    """Return the sum of ln(sd/|H|)."""
-    return float(np.log(line.sd / np.abs(line.H)).sum())
+        chance = SIGNIFICANT / math.sqrt(2 * sum(map(len, lines)))
+        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > chance else 1.0
 
 
 def differences(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:

@@ -17,8 +17,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit, Lines
-from symoro_elastic.measured.vibration_tests.predictions import Predictions
+from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.predictions import Lines, Predictions
 
 FRACTIONS = (-0.8, 0.0, 0.8)  # places of a motor within its limits, from the middle to an end
 MOST_PLACES = 9
@@ -51,7 +51,7 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
     sought = predictions.sought
     reported = [k for k, entry in enumerate(sought.unknowns) if not entry.is_nuisance]
     before = np.diag(fit.covariance)[reported]
-    present = fit.information + np.diag(sought.prior)
+    present = np.linalg.inv(fit.covariance)
     shares = [line.sd / np.hypot(np.abs(line.H), np.median(np.abs(line.H))) for line in lines]
     noise = float(np.median(np.concatenate(shares))) if lines else FLOOR
     candidates = _candidates(predictions, lines)

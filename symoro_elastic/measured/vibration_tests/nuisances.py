@@ -15,31 +15,21 @@ the size of the response; intervals of parameters know of all of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
+from symoro_elastic.measured.vibration_tests.predictions import Lines
 
 POWERS = (0, 1, 2)  # of (f / f_max)^2
 LARGEST_PHASE = 10.0  # prior standard deviation of a delay: phase at the last line, rad
-LARGEST_FALL = 1.0  # prior standard deviation of a variance: fall of the last line, Np
 ACCELERATION = 2  # how often it is derived
-LARGEST_GAIN = 1.0  # prior standard deviation of the logarithm of a factor
-LEAST_GAIN = 0.002  # logarithm below which a factor does not show
-LEAST_PHASE = 0.01  # of the last line, rad: delays below it do not show
 PHASES = np.arange(-40, 41) * 0.25  # that are tried for the last line, rad
-
-
-@dataclass(frozen=True)
-class Channel:
-    """The output of a test: its lines by their places, and w of its last line, rad/s."""
-
-    test: int
-    output: str
-    lines: tuple[int, ...]
-    w: float
 
 
 @dataclass(frozen=True)
@@ -54,9 +44,9 @@ class Delay:
     fall: float
 
     @property
-    def shows(self) -> bool:
-        """Whether it is more than doubt explains."""
-        return abs(self.phase) > LEAST_PHASE and abs(self.seconds) > 3 * self.std
+    def is_significant(self) -> bool:
+        """Whether it is more than chance."""
+        return abs(self.seconds) > SIGNIFICANT * self.std
 
 
 @dataclass(frozen=True)
@@ -68,172 +58,190 @@ class Gain:
     std: float
 
     @property
-    def shows(self) -> bool:
-        """Whether it is more than doubt explains."""
-        return abs(self.log) > max(LEAST_GAIN, 3 * self.std)
+    def is_significant(self) -> bool:
+        """Whether it is more than chance."""
+        return abs(self.log) > SIGNIFICANT * self.std
+
+
+Applied = tuple[ComplexArray, Array | ComplexArray, ComplexArray]
+"""A line as it is measured (N), its derivatives by that of the model (N) and by coefficients (m, N)."""
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """What `lines` are changed by; `prior` are the inverse variances (m) of its coefficients."""
+
+    lines: tuple[int, ...]
+    prior: tuple[float, ...]
+
+    def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
+        """Return a line of the model as it is measured."""
+        raise NotImplementedError
+
+
+class ChannelGain(Nuisance):
+    """A factor exp(c) of an output or an input of a test."""
+
+    def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
+        """Return exp(c) G."""
+        factor = np.full(len(G), math.exp(c[0]))
+        return factor * G, factor, (factor * G)[None]
+
+
+@dataclass(frozen=True)
+class ChannelDelay(Nuisance):
+    """An output that is late: phase and fall of its last line at w, rad/s, direct parts over the sizes of lines.
+
+    `u` are s over |s| of the last line, by line.
+    """
+
+    test: int
+    output: str
+    w: float
+    u: Mapping[int, ComplexArray]
+    direct: Mapping[int, float]
+
+    def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
+        """Return d + (G - d) exp(-s t + s^2 v/2)."""
+        u, slopes = self.u[line], np.zeros((len(c), len(G)), dtype=complex)
+        shape, d = np.exp(-c[0] * u + c[1] * u**2), 0.0
+        if line in self.direct:
+            row = 2 + list(self.direct).index(line)
+            d = float(c[row]) * self.direct[line]
+            slopes[row] = self.direct[line] * (1 - shape)
+        slopes[:2] = -u * (G - d) * shape, u**2 * (G - d) * shape
+        return d + (G - d) * shape, shape, slopes
+
+    def start(self, logs: Sequence[ComplexArray]) -> float:
+        """Return the phase of the last line that leaves least of ln(G/H), its own phase wrapped."""
+
+        def distance(phase: float) -> float:
+            apart = (logs[line] - phase * u for line, u in self.u.items())
+            return sum(float(np.abs(x.real + 1j * ((x.imag + math.pi) % (2 * math.pi) - math.pi)).sum()) for x in apart)
+
+        return float(min(PHASES, key=distance))
+
+
+@dataclass(frozen=True)
+class OutOfBandModes(Nuisance):
+    """Smooth terms (m, N) of one line in units of its median response, its `size`."""
+
+    terms: ComplexArray
+    size: float
+
+    def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
+        """Return G + terms."""
+        return G + c @ self.terms, np.ones(len(G)), self.terms
 
 
 @dataclass(frozen=True)
 class Nuisances:
-    """Factors of `gains` by their lines, channels, two coefficients each, `direct` parts of lines, then terms (m, N).
+    """Nuisances of the lines of tests, applied in this order; their coefficients c follow each other."""
 
-    `u` are s over |s| of the last line, `sizes` the medians of lines, which are the unit of direct parts and terms.
-    """
+    parts: tuple[Nuisance, ...] = ()
 
-    channels: tuple[Channel, ...] = ()
-    direct: tuple[int, ...] = ()
-    u: tuple[ComplexArray, ...] = ()
-    terms: tuple[ComplexArray, ...] = ()
-    sizes: tuple[float, ...] = ()
-    gains: tuple[tuple[int, ...], ...] = ()
-
-    @property
-    def count(self) -> int:
-        """Coefficients of all lines."""
-        return len(self.gains) + 2 * len(self.channels) + len(self.direct) + sum(len(term) for term in self.terms)
+    @cached_property
+    def _slices(self) -> list[slice]:
+        ends = np.cumsum([0, *(len(part.prior) for part in self.parts)]).tolist()
+        return [slice(a, b) for a, b in pairwise(ends)]
 
     @property
     def prior(self) -> Array:
         """Inverse variances of the coefficients."""
-        weights, first = np.ones(self.count), len(self.gains)
-        weights[:first] = LARGEST_GAIN**-2
-        weights[first : first + 2 * len(self.channels)] = np.tile(
-            [LARGEST_PHASE**-2, LARGEST_FALL**-2], len(self.channels)
-        )
-        return weights
+        return np.array([weight for part in self.parts for weight in part.prior])
 
-    def _of_channel(self, line: int) -> slice | None:
-        places = [k for k, channel in enumerate(self.channels) if line in channel.lines]
-        first = len(self.gains) + 2 * places[0] if places else 0
-        return slice(first, first + 2) if places else None
-
-    def _of_terms(self, line: int) -> slice:
-        first = len(self.gains) + 2 * len(self.channels) + len(self.direct)
-        first += sum(len(term) for term in self.terms[:line])
-        return slice(first, first + len(self.terms[line]))
+    @property
+    def has_delays(self) -> bool:
+        """Whether outputs may be late."""
+        return any(isinstance(part, ChannelDelay) for part in self.parts)
 
     def added_to(
         self, line: int, G: ComplexArray, dG: ComplexArray | None, c: Array
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Return what is seen of G (N) of a line, and the slopes of that by parameters (p, N) and coefficients c."""
-        none = np.zeros((0, len(G)), dtype=complex)
-        slopes = none if dG is None else dG
-        if not self.count:
-            return G, slopes
-        own = np.zeros((self.count, len(G)), dtype=complex)
-        if of := [k for k, lines in enumerate(self.gains) if line in lines]:
-            factor = math.exp(c[of].sum())
-            G, slopes = factor * G, factor * slopes
-            own[of] = G
-        if rows := self._of_channel(line):
-            u = self.u[line]
-            shape = np.exp(-c[rows][0] * u + c[rows][1] * u**2)
-            d = 0.0
-            if line in self.direct:
-                row = len(self.gains) + 2 * len(self.channels) + self.direct.index(line)
-                d = float(c[row]) * self.sizes[line]
-                own[row] = self.sizes[line] * (1 - shape)
-            own[rows] = -u * (G - d) * shape, u**2 * (G - d) * shape
-            G, slopes = d + (G - d) * shape, slopes * shape
-        if self.terms:
-            rows = self._of_terms(line)
-            G = G + c[rows] @ self.terms[line]
-            own[rows] = self.terms[line]
-        return G, np.concatenate([slopes, own])
+        """Return a line as it is measured, and its slopes by parameters (p, N) and coefficients (m, N)."""
+        known = np.zeros((0, len(G)), dtype=complex) if dG is None else dG
+        slopes = np.pad(known, ((0, len(c)), (0, 0)))
+        for part, own in zip(self.parts, self._slices, strict=True):
+            if line in part.lines:
+                G, factor, by_own = part.applied(line, G, c[own])
+                slopes *= factor
+                slopes[len(known) :][own] = by_own
+        return G, slopes
 
-    def largest(self, c: Array) -> float:
+    def largest_term(self, c: Array) -> float:
         """Return the largest root mean square of what terms add to a line, over its median response."""
-        terms = ((k, term, self.sizes[k]) for k, term in enumerate(self.terms))
-        return max(
-            (float(np.sqrt(np.mean(np.abs(c[self._of_terms(k)] @ term) ** 2)) / size) for k, term, size in terms),
-            default=0.0,
-        )
+        parts = zip(self.parts, self._slices, strict=True)
+        terms = ((part, c[own] @ part.terms) for part, own in parts if isinstance(part, OutOfBandModes))
+        return max((float(np.sqrt(np.mean(np.abs(term) ** 2)) / part.size) for part, term in terms), default=0.0)
 
     def delays(self, c: Array, std: Array) -> tuple[Delay, ...]:
         """Return the delays of channels, from coefficients and their standard deviations."""
-        c, std = c[len(self.gains) :], std[len(self.gains) :]
+        parts = ((part, own.start) for part, own in zip(self.parts, self._slices, strict=True))
         return tuple(
-            Delay(
-                channel.test,
-                channel.output,
-                float(phase / channel.w),
-                float(own / channel.w),
-                float(phase),
-                float(fall),
-            )
-            for channel, phase, fall, own in zip(self.channels, c[0::2], c[1::2], std[0::2], strict=False)
+            Delay(part.test, part.output, float(c[k] / part.w), float(std[k] / part.w), float(c[k]), float(c[k + 1]))
+            for part, k in parts
+            if isinstance(part, ChannelDelay)
         )
 
-    def factors(self, c: Array, covariance: Array) -> tuple[Gain, ...]:
+    def gains(self, c: Array, covariance: Array) -> tuple[Gain, ...]:
         """Return the factors of lines, from coefficients and their covariance."""
+        count = sum(isinstance(part, ChannelGain) for part in self.parts)  # they come first
         gains = []
-        for line in sorted({line for lines in self.gains for line in lines}):
-            of = [k for k, lines in enumerate(self.gains) if line in lines]
+        for line in sorted({line for part in self.parts[:count] for line in part.lines}):
+            of = [k for k, part in enumerate(self.parts[:count]) if line in part.lines]
             gains.append(Gain(line, float(c[of].sum()), math.sqrt(covariance[np.ix_(of, of)].sum())))
         return tuple(gains)
 
     def start(self, logs: Sequence[ComplexArray]) -> Array:
-        """Return coefficients to begin with: factors, and delays that leave least of ln(G/H), its phase wrapped."""
-        c = np.zeros(self.count)
-        if self.gains:
-            belongs = np.array([[float(line in lines) for lines in self.gains] for line in range(len(logs))])
-            c[: len(self.gains)] = np.linalg.lstsq(
-                belongs, [-np.median(logarithm.real) for logarithm in logs], rcond=None
-            )[0]
-        for k, channel in enumerate(self.channels):
-            distances = [
-                sum(float(np.sum(np.abs(_with_wrapped_phase(logs[j] - x * self.u[j])))) for j in channel.lines)
-                for x in PHASES
-            ]
-            c[len(self.gains) + 2 * k] = PHASES[int(np.argmin(distances))]
+        """Return coefficients to begin with: factors and delays that leave least of ln(G/H)."""
+        c = np.zeros(len(self.prior))
+        gains = [part for part in self.parts if isinstance(part, ChannelGain)]
+        if gains:
+            belongs = np.array([[float(line in part.lines) for part in gains] for line in range(len(logs))])
+            medians = [-np.median(logarithm.real) for logarithm in logs]
+            c[: len(gains)] = np.linalg.lstsq(belongs, medians, rcond=None)[0]
+        for part, own in zip(self.parts, self._slices, strict=True):
+            if isinstance(part, ChannelDelay):
+                c[own.start] = part.start(logs)
         return c
 
 
-def _with_wrapped_phase(logs: ComplexArray) -> ComplexArray:
-    wrapped: ComplexArray = logs.real + 1j * ((logs.imag + math.pi) % (2 * math.pi) - math.pi)
-    return wrapped
-
-
-@dataclass(frozen=True)
-class ChannelResponse:
-    """A line: its test, output and input, frequencies and responses, and how often the output is derived."""
-
-    test: int
-    output: str
-    input: str
-    f: Array
-    H: ComplexArray
-    order: int
-
-
-def nuisances_of(lines: Sequence[ChannelResponse], channels: bool, terms: bool, gains: bool = False) -> Nuisances:
-    """Return the nuisances of lines; direct parts without gains, terms in units of the median response."""
-    outs: dict[tuple[int, str], list[int]] = {}
-    for k, line in enumerate(lines):
-        outs.setdefault((line.test, line.output), []).append(k)
-    last = {key: max(float(lines[k].f[-1]) for k in places) for key, places in outs.items()}
-    own = [Channel(*key, tuple(places), 2 * math.pi * last[key]) for key, places in outs.items()] if channels else []
-    direct = tuple(k for k, line in enumerate(lines) if channels and not gains and line.order == ACCELERATION)
-    u = tuple(np.asarray(1j * line.f / last[line.test, line.output], dtype=complex) for line in lines)
-    sizes = tuple(float(np.median(np.abs(line.H))) for line in lines)
-    shapes: list[ComplexArray] = []
-    for line, size in zip(lines, sizes, strict=True) if terms else ():
-        v = line.f / line.f[-1]
-        powers = np.array([(1j * v) ** line.order * v ** (2 * power) for power in POWERS]) * size
-        shapes.append(np.asarray(np.concatenate([powers, 1j * powers]), dtype=complex))
-    return Nuisances(tuple(own), direct, u, tuple(shapes), sizes, gain_nuisances(lines).gains if gains else ())
-
-
-def gain_nuisances(lines: Sequence[ChannelResponse]) -> Nuisances:
+def channel_gains(lines: Sequence[Lines]) -> Nuisances:
     """Return the factors of outputs and inputs of tests, but for those that the others make up."""
     groups: dict[tuple[int, str], list[int]] = {}
     for k, line in enumerate(lines):
-        for name in (line.output, line.input):
+        for name in (line.measured.output, line.measured.input):
             groups.setdefault((line.test, name), []).append(k)
-    rows, kept = np.zeros((0, len(lines))), []
-    for places in groups.values():
-        more = np.vstack([rows, np.isin(np.arange(len(lines)), places)])
+    rows, independent = np.zeros((0, len(lines))), []
+    for members in groups.values():
+        more = np.vstack([rows, np.isin(np.arange(len(lines)), members)])
         if np.linalg.matrix_rank(more) > len(rows):
             rows = more
-            kept.append(tuple(places))
-    return Nuisances(gains=tuple(kept))
+            independent.append(ChannelGain(tuple(members), (1.0,)))
+    return Nuisances(tuple(independent))
+
+
+def channel_delays(lines: Sequence[Lines], direct: Sequence[int] = ()) -> Nuisances:
+    """Return the delays of outputs, of which lines `direct` have a part that is not late."""
+    outputs: dict[tuple[int, str], list[int]] = {}
+    for k, line in enumerate(lines):
+        outputs.setdefault((line.test, line.measured.output), []).append(k)
+    delays = []
+    for (test, output), members in outputs.items():
+        last = max(float(lines[k].f[-1]) for k in members)
+        u = {k: np.asarray(1j * lines[k].f / last, dtype=complex) for k in members}
+        sizes = {k: lines[k].size for k in members if k in direct}
+        prior = (LARGEST_PHASE**-2, *np.ones(1 + len(sizes)).tolist())
+        delays.append(ChannelDelay(tuple(members), prior, test, output, 2 * math.pi * last, u, sizes))
+    return Nuisances(tuple(delays))
+
+
+def out_of_band_modes(lines: Sequence[Lines], orders: Sequence[int]) -> Nuisances:
+    """Return smooth terms of lines whose outputs are derived so often."""
+    modes = []
+    for k, (line, order) in enumerate(zip(lines, orders, strict=True)):
+        v = line.f / line.f[-1]
+        powers = np.array([(1j * v) ** order * v ** (2 * power) for power in POWERS]) * line.size
+        terms = np.asarray(np.concatenate([powers, 1j * powers]), dtype=complex)
+        modes.append(OutOfBandModes((k,), (1.0,) * len(terms), terms, line.size))
+    return Nuisances(tuple(modes))

@@ -27,9 +27,8 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, behind
 from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
-from symoro_elastic.measured.vibration_tests.windows import behind
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -78,6 +77,39 @@ class Predicted:
             self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
         )
         return Predicted(tuple(responses), modes)
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
+
+    measured: MeasuredResponse
+    counted: BoolArray
+    sd: Array
+    sd_is_known: bool
+    test: int
+    place: int
+
+    @property
+    def H(self) -> ComplexArray:
+        """The lines that count."""
+        H: ComplexArray = self.measured.H[self.counted]
+        return H
+
+    @property
+    def f(self) -> Array:
+        """Their frequencies, Hz."""
+        return self.measured.f[self.counted]
+
+    @property
+    def size(self) -> float:
+        """Their median, in magnitude."""
+        return float(np.median(np.abs(self.H)))
+
+    def predicted_by(self, predicted: Sequence[Predicted]) -> ComplexArray:
+        """Return the lines that count of the responses predicted of all tests."""
+        G: ComplexArray = predicted[self.test].responses[self.place].G[self.counted]
+        return G
 
 
 class Predictions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -9,15 +10,58 @@ from functools import cached_property, partial
 from symoro_elastic.analysis.time_series.reading import name_and_unit
 from symoro_elastic.analysis.vibration.responses import quotient_unit
 from symoro_elastic.formats.toml.vibration_tests import RENAME, ListedTest
+from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names, quote
-from symoro_elastic.measured.vibration_tests.file_texts import FileResponse, normal_name, pair_name, split_pair
 from symoro_elastic.numerics.motion.signals import Signal, input_unit, inputs, joint_signals, output_unit, outputs
 from symoro_elastic.quantities.unit_reader import UnitError, conversion
 
 Fail = Callable[[str], InputError]
 """Makes the error about a place of a file."""
+_NODE = re.compile(r"(?P<node>\d+):(?P<sign>[+-]?)(?P<axis>R?[XYZ]|S)", re.ASCII)
+
+
+@dataclass(frozen=True)
+class FileResponse:
+    """A response as its file has it: f (N) in Hz, H (N), which is `scale` times `unit`, None where it names none."""
+
+    name: str
+    unit: str | None
+    f: Array
+    H: ComplexArray
+    coherence: Array | None
+    place: str
+    scale: float = 1.0
+
+
+def split_pair(text: str) -> tuple[str, str] | None:
+    """Return OUT and IN of `OUT/IN`; slashes in brackets belong to points. None where there is not one slash."""
+    depth, slashes = 0, []
+    for k, sign in enumerate(text):
+        depth += (sign == "(") - (sign == ")")
+        if sign == "/" and depth == 0:
+            slashes.append(k)
+    return (text[: slashes[0]].strip(), text[slashes[0] + 1 :].strip()) if len(slashes) == 1 else None
+
+
+def pair_name(text: str) -> str:
+    """Return the name of a pair of a file without spaces about its slash."""
+    parts = split_pair(text)
+    return "/".join(parts) if parts else text
+
+
+def normal_name(text: str) -> tuple[str, float]:
+    """Return a name such as `3:-Z/1:X` in positive directions, `3:+Z/1:+X`, and its sign; other texts as they are."""
+    ends = [_NODE.fullmatch(end.strip()) for end in text.split("/")]
+    sign = 1.0
+    named = []
+    for end in ends:
+        if end is None:
+            return text, 1.0
+        sign *= -1.0 if end["sign"] == "-" else 1.0
+        named.append(f"{int(end['node'])}:{'' if end['axis'] == 'S' else '+'}{end['axis']}")
+    return "/".join(named), sign
 
 
 @dataclass(frozen=True)

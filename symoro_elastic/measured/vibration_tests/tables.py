@@ -19,9 +19,8 @@ from symoro_elastic.analysis.time_series.measurements import missing
 from symoro_elastic.analysis.time_series.reading import Columns, name_and_unit
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.vibration_tests.file_texts import FileResponse, pair_name
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes
-from symoro_elastic.measured.vibration_tests.signal_names import Names
+from symoro_elastic.measured.vibration_tests.signal_names import FileResponse, Names, pair_name
 from symoro_elastic.quantities.unit_reader import UnitError, conversion
 
 MOST_RADIANS = 100.0  # of a phase, unwrapped or not: what is above it is in degrees

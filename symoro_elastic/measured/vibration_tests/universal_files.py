@@ -20,7 +20,7 @@ from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import open_file, size_of
 from symoro_elastic.foundation.packages import import_optional
-from symoro_elastic.measured.vibration_tests.file_texts import FileResponse
+from symoro_elastic.measured.vibration_tests.signal_names import FileResponse
 from symoro_elastic.measured.vibration_tests.tables import why_incoherent
 from symoro_elastic.quantities.unit_reader import UnitError, conversion, is_unit, spelled_label
 

@@ -43,7 +43,7 @@ from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion, w
 from symoro_elastic.measured.logs.identified import machine_with_estimates, without_negatives
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.noise import RowNoise
-from symoro_elastic.measured.logs.regression import ByEquations, ByLinearity, RegressorColumn, regressor
+from symoro_elastic.measured.logs.regression import RegressorColumn, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.views import table
 from symoro_elastic.numerics.linear.independence import independent_columns
@@ -118,10 +118,11 @@ def test_regressor_times_parameters_is_the_rigid_inverse_model(name: str) -> Non
 def test_two_ways_to_the_regressor_agree(elastic: Machine, sprung: bool) -> None:
     machine = with_springs_beside_motors(elastic) if sprung else elastic
     values = {p.name: p.value.value() for p in machine.parameters if p.value}
-    one, other = ByLinearity(machine, values), ByEquations(machine, values)
-    q, qd, qdd = np.random.default_rng(1).uniform(-1, 1, (3, 20, 2))
-    chosen = range(len(one.columns))
-    np.testing.assert_allclose(one.evaluate(q, qd, qdd, chosen), other.evaluate(q, qd, qdd, chosen), atol=1e-13)
+    Y, X = regressor(machine, values), np.random.default_rng(2).uniform(0.5, 1.5, 100)
+    state = np.random.default_rng(1).uniform(-1, 1, (3, 20, 2))
+    chosen = range(len(Y.columns))
+    by_dynamics = Y.torques(*state, chosen, X[: len(chosen)])
+    np.testing.assert_allclose(Y.evaluate(*state, chosen) @ X[: len(chosen)], by_dynamics, atol=1e-12)
 
 
 @pytest.mark.sampled(2)

@@ -27,9 +27,8 @@ from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion
 from symoro_elastic.measured.logs.identified import Identified
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.noise import RowNoise
-from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.measured.logs.result import Identification, validation_of
 from symoro_elastic.measured.logs.sensors import Sensors, of_sensors
-from symoro_elastic.measured.logs.validation import validation_of
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.sensors import Sensing, coverage, three_axis
 

@@ -13,8 +13,8 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.analysis.vibration.export import save_response
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.vibration_tests.file_texts import split_pair
 from symoro_elastic.measured.vibration_tests.reading import read_tests
+from symoro_elastic.measured.vibration_tests.signal_names import split_pair
 from symoro_elastic.quantities.unit_reader import conversion, is_unit
 from tests.fuzz import DAMAGE
 from tests.measured.vibration_tests.files import LIST, PAIR, F, H, cartesian, listed, machine, the_test, write_csv

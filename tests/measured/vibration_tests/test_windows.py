@@ -11,9 +11,8 @@ import scipy.integrate
 import scipy.signal
 
 import symoro_elastic as se
-from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest, Window, WindowKind, behind
 from symoro_elastic.measured.vibration_tests.reading import read_tests
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind, behind
 
 MASSES, SPRINGS = (40.0, 15.0), {"bed": (4e6, 700.0), "table": (3e6, 500.0)}
 TABLES: dict[str, Any] = {
