@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from statistics import NormalDist
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
+from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified, largest_of_chance
 from symoro_elastic.measured.logs.noise import (
     Noise,
     RowNoise,
@@ -34,7 +33,6 @@ MOST_NOISE = 0.9  # fraction of noise in a direction up to which it is compensat
 HIDDEN = 0.5  # fraction of noise above which a parameter is not identifiable
 ALONE = 0.9  # of a column's energy is in one joint's equation
 POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
-FALSE_ALARMS = 0.01  # share of records of right machines in which a value is called negative
 FEWEST_ROWS = 2  # independent equations for each parameter
 ABSORBED = "not estimated: "
 
@@ -371,12 +369,9 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
 
 
 def _consistency(estimates: Iterable[Estimate]) -> list[str]:
-    """Return notes on physically positive values that are negative by more than chance.
-
-    By so many standard deviations that one estimate in a hundred records would be, were they all zero.
-    """
+    """Return notes on physically positive values that are negative by more than chance, were they all zero."""
     alone = [e for e in estimates if e.unknown.formula == e.unknown.label and e.unknown.quantity in POSITIVE]
-    enough = NormalDist().inv_cdf(1 - FALSE_ALARMS / max(len(alone), 1))
+    enough = largest_of_chance(len(alone))
     notes = []
     for e in alone:
         if e.value < -enough * e.std:

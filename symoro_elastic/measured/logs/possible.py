@@ -17,10 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
-from symoro_elastic.measured.fitting.evidence import information_root
+from symoro_elastic.measured.fitting.evidence import information_root, largest_chi2
 from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
 from symoro_elastic.measured.logs.regression import RegressorColumn
@@ -36,7 +35,6 @@ OFFSETS = 0.03  # of the largest torque: standard deviation of offsets in short 
 NEUTRAL = 0.1  # of the largest torque: least standard deviation of K q0
 PINNED = 1e-5  # of the size of a known value of a body: its standard deviation
 FROM_FILE = 3.0  # times narrower with the file than from data
-CHANCE = 0.99  # quantile of chi squared of right data
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 OF_MOTORS = ("IA", "FV", "FS")
 SLOWEST = 0.3  # of the fastest motor: slower ones are taken to be as fast, for those at rest would have huge guesses
@@ -341,7 +339,7 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: 
         return [what]
     what += f", {before:.3g} % unconstrained"
     notes = [f"{what}; chi2 {misfit:.3g}, {freedom} degrees of freedom"]
-    if misfit > for_identification("scipy.stats").chi2.ppf(CHANCE, freedom):
+    if misfit > freedom * largest_chi2(freedom):
         what = (
             "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
         )

@@ -26,7 +26,7 @@ from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.corrections import VERY_STRONG
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
-from symoro_elastic.measured.fitting.evidence import Evidence
+from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
@@ -114,6 +114,11 @@ class Minimum:
     def is_far(self) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
         return is_far(self.fit)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether residuals are those of noise, which leaves nothing to explain."""
+        return self.fit.chi2 < largest_chi2(len(self.fit.residuals))
 
     @property
     def cost(self) -> float:
@@ -221,22 +226,20 @@ class Estimator:
             best = min(best, other, key=attrgetter("cost"))
         if best is not near:
             extended += self._with_terms(best)
-        size, least = (
-            (attrgetter("fit.chi2"), EXPLAINED)
-            if math.isfinite(best.fit.chi2)
-            else (attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN)
-        )
+        size, least = attrgetter("fit.chi2"), EXPLAINED
+        if not math.isfinite(best.fit.chi2):
+            size, least = attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN
         chosen = min(extended, key=size, default=best)
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with windows, channels, terms near that of the model alone, until one explains the tests."""
+        """Return minima with windows, channels, terms near that of the model alone, until one leaves only noise."""
         extended: list[Minimum] = []
         windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
         under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
         for minima in (under_others, self._of_channels(near), self._with_terms(near)):
             extended += minima
-            if not all(minimum.is_far for minimum in extended):
+            if any(minimum.is_clear for minimum in extended):
                 break
         return extended
 
@@ -360,7 +363,7 @@ class Estimator:
                 best = min(best, candidate, key=attrgetter("cost"))
                 if candidate.is_of_channels:
                     yield candidate
-                    if not candidate.is_far:
+                    if candidate.is_clear:
                         return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
