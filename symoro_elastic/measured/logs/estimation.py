@@ -19,9 +19,9 @@ from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict
 from symoro_elastic.measured.logs.noise import (
     Noise,
     RowNoise,
-    colours,
-    doubt_of_variance,
+    correlation_factors,
     residual_noise,
+    student_factors,
     usual_correlation,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
@@ -108,7 +108,7 @@ def solve(Y: Array, tau: Array, noise: RowNoise | None = None, rounds: int = WEI
     X, spread, condition, share, parts = _weighted_solution(Y, tau, sigma, noise.columns)
     predicted = Y @ X
     law = _law(Y, tau, X, sigma, noise)
-    raised = colours(law, (tau - predicted) / sigma)
+    raised = correlation_factors(law, (tau - predicted) / sigma)
     draws = [] if noise.draws is None else [D / sigma * raised for D in noise.draws(X)]
     covariance = spread @ _of_scores(Y / sigma[:, None], law.with_factors(raised), correlation, draws) @ spread
     unsure = parts.in_doubt(len(Y), usual_correlation(correlation), len(noise.columns))
@@ -133,7 +133,7 @@ def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array])
     uncertain itself: its variance is that of Student's distribution.
     """
     own = law.torques if drawn and law.torques else law
-    covariance = own.with_factors(doubt_of_variance(Y, correlation)).of_scores(Y)
+    covariance = own.with_factors(student_factors(Y, correlation)).of_scores(Y)
     if drawn:
         scores = np.array([np.einsum("rjc,rj->c", Y, D) for D in drawn])
         covariance = covariance + scores.T @ scores / max(len(scores) - 2, 1)

@@ -375,7 +375,7 @@ def still_joints(smoothed: Array, removed: Array) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(moved <= np.maximum(noise, rounding)))
 
 
-def of_encoders(
+def notes_on_encoders(
     record: Measurements, motion: FilteredMotion, chosen: Filter | None, joints: Sequence[str]
 ) -> list[str]:
     """Return notes on joints whose noise is the staircase of their encoder, and on steps too coarse for a motion."""

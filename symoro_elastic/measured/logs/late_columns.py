@@ -233,7 +233,7 @@ def _of_torques(equations: Equations, sampled: Sampled, delay: float) -> Array:
     return np.array([-sampled.averages(equations.Y.joint_torques(sampled.motion.q, slopes * unit)) for unit in units])
 
 
-def said_of_late(late: Sequence[Late], machine: Machine) -> list[str]:
+def notes_on_late_columns(late: Sequence[Late], machine: Machine) -> list[str]:
     """Return a line for each column that was shifted, and one for those that were not."""
     lines, unshifted = [], []
     for column in late:

@@ -65,7 +65,7 @@ def without(columns: Columns, rows: BoolArray) -> Columns:
     )  # fmt: skip
 
 
-def said_of(t: Array, rows: BoolArray, used: BoolArray, joints: Sequence[str]) -> list[str]:
+def notes_on_outliers(t: Array, rows: BoolArray, used: BoolArray, joints: Sequence[str]) -> list[str]:
     """Return a line for each joint with rows at times t (rows) that are left out."""
     lines = []
     for k, joint in enumerate(joints):

@@ -204,7 +204,7 @@ class Estimator:
         near = self._near(self.alone, self.start)
         check(near.fit, self.predictions.at(near.x, slopes=False))
         best, chosen = self._best_minima(near)
-        chosen, alternatives = self._under_possible_windows(chosen)
+        chosen, alternatives = self._with_possible_windows(chosen)
         fit = replace(chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
@@ -235,9 +235,9 @@ class Estimator:
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
         """Return minima with windows, channels, terms near that of the model alone, until one leaves only noise."""
         extended: list[Minimum] = []
-        windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
+        windows = (replace(self.alone, predictions=predictions) for predictions in self._other_windows())
         under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
-        for minima in (under_others, self._of_channels(near), self._with_terms(near)):
+        for minima in (under_others, self._with_channel_nuisances(near), self._with_terms(near)):
             extended += minima
             if any(minimum.is_clear for minimum in extended):
                 break
@@ -287,7 +287,7 @@ class Estimator:
         both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
         return gains, channel_delays(self.lines, accelerations), both
 
-    def _others(self) -> Iterator[Predictions]:
+    def _other_windows(self) -> Iterator[Predictions]:
         """Yield predictions of the tests under the other windows that they may have.
 
         Of Hann's window that is named the length is unknown, of exponential ones the rate, which is zero without any.
@@ -305,17 +305,17 @@ class Estimator:
                 if usual is not None:
                     yield self.predictions.of(usual, places if kind is WindowKind.EXPONENTIAL else ())
 
-    def _under_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
+    def _with_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
         """Return a minimum, or that under another window if residuals determine it; other possible windows.
 
         Possible are windows where none is named, or other windows, that residuals do not exclude.
         """
-        predictions_of_others = list(self._others())
+        predictions_of_others = list(self._other_windows())
         if not predictions_of_others:
             return minimum, ()
-        named = minimum if minimum.misfit.predictions is self.predictions else self._under(minimum, self.predictions)
-        minima = [self._under(minimum, predictions) for predictions in predictions_of_others]
-        best = min((other for other in minima if self._may_be(other, named)), key=attrgetter("cost"), default=named)
+        named = minimum if minimum.misfit.predictions is self.predictions else self._refit(minimum, self.predictions)
+        minima = [self._refit(minimum, predictions) for predictions in predictions_of_others]
+        best = min((other for other in minima if self._explains(other, named)), key=attrgetter("cost"), default=named)
         chosen = best if best.cost < named.cost - VERY_STRONG else named
         tests = self.predictions.tests
         near = [other for other in (named, *minima) if other is not chosen and other.cost < chosen.cost + VERY_STRONG]
@@ -324,7 +324,7 @@ class Estimator:
             doubted = [self._possible_window(other) for other in near if None in other.changed_windows(tests)]
         return chosen, tuple(chosen.doubt(other, counts) for other, counts in doubted)
 
-    def _may_be(self, other: Minimum, named: Minimum) -> bool:
+    def _explains(self, other: Minimum, named: Minimum) -> bool:
         """Whether windows fall, and explain the tests, or most of what those that are named leave."""
         falls = all(window.decay > 0 for window in other.changed_windows(self.predictions.tests).values())
         remaining = (other.fit.chi2 - 1) / max(named.fit.chi2 - 1, 1e-9)
@@ -340,15 +340,15 @@ class Estimator:
             return other, True
         c = np.clip(c + SIGNIFICANT * np.array([*other.fit.windows.values()]), 0.0, 1.0)
         tests = other.misfit.predictions.tests_at(np.concatenate([other.x, c]))
-        return self._under(other, self.predictions.of(tests)), False
+        return self._refit(other, self.predictions.of(tests)), False
 
-    def _under(self, minimum: Minimum, predictions: Predictions) -> Minimum:
+    def _refit(self, minimum: Minimum, predictions: Predictions) -> Minimum:
         """Return the minimum with other predictions near one."""
         misfit = replace(minimum.misfit, predictions=predictions)
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
 
-    def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
+    def _with_channel_nuisances(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
         Factors or delays that are right leave no more than noise; then no more is sought.

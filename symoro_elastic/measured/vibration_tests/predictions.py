@@ -27,7 +27,12 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, behind
+from symoro_elastic.measured.vibration_tests.measured import (
+    MeasuredModes,
+    MeasuredResponse,
+    VibrationTest,
+    windowed_lines,
+)
 from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
@@ -259,7 +264,7 @@ class Predictions:
         responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):
             f = test.responses[group[0]].f
-            window = behind(test.window, f)
+            window = windowed_lines(test.window, f)
             G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
