@@ -59,7 +59,7 @@ class WindowedLines:
     places: IndexArray
     weights: ComplexArray
 
-    def seen(self, G: ComplexArray) -> ComplexArray:
+    def weighted_sum(self, G: ComplexArray) -> ComplexArray:
         """Return responses (..., N) of lines from those of frequencies (..., m)."""
         responses: ComplexArray = G[..., self.places] @ self.weights
         return responses

@@ -147,7 +147,7 @@ class Misfit:
         """Return what line k is predicted to be, and its slopes (p + w + m, N)."""
         line = self.lines[k]
         response = predicted[line.test].responses[line.place]
-        dG = None if response.slopes is None else response.slopes[:, line.counted]
+        dG = response.slopes[:, line.counted]
         return self.nuisances.added_to(k, response.G[line.counted], dG, x[self.first :])
 
     def residuals(self, x: Array, of: Of) -> Residuals:

@@ -85,7 +85,7 @@ def information_of(predictions: Predictions, x: Array, test: VibrationTest, nois
     (predicted,) = predictions.at(x, True, [test])
     total = np.zeros((len(x), len(x)))
     for response in predicted.responses:
-        if response.slopes is None or not np.isfinite(response.slopes).all():
+        if not np.isfinite(response.slopes).all():
             continue
         size = np.abs(response.G)
         sd = noise * np.hypot(size, np.median(size))

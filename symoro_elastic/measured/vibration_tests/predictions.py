@@ -45,10 +45,10 @@ STEP_OF_ZERO = 1e-4  # of differences by zeros, rad or m
 
 @dataclass(frozen=True)
 class PredictedResponse:
-    """G (N) of a measured response, and its slopes (p, N) by ln p; without slopes None."""
+    """G (N) of a measured response, and its slopes (p, N) by ln p; (0, N) without slopes."""
 
     G: ComplexArray
-    slopes: ComplexArray | None = None
+    slopes: ComplexArray
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,7 @@ class Predicted:
     def with_more_slopes(self, more: int) -> Predicted:
         """Return the same with slopes of zero by more unknowns."""
         rows = ((0, more), (0, 0))
-        responses = [
-            response if response.slopes is None else replace(response, slopes=np.pad(response.slopes, rows))
-            for response in self.responses
-        ]
+        responses = [replace(response, slopes=np.pad(response.slopes, rows)) for response in self.responses]
         modes = self.modes and replace(
             self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
         )
@@ -122,9 +119,7 @@ class Predictions:
         self.sought, self.tests = sought, tuple(tests)
         for test in tests:
             if test.modes and test.drives:
-                what = (
-                    "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
-                )
+                what = "natural frequencies and ring-downs are of motors held, free or under pd: measure responses"
                 raise InputError(test.name, "drives", what)
         drives = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
         measured = [loop.measured for loop in drives.values() if loop.measured != MOTOR]
@@ -187,11 +182,9 @@ class Predictions:
                 prediction = prediction.with_more_slopes(len(self.windowed))
             for row, name in enumerate(self.windowed if slopes else ()):
                 if name == k or isinstance(name, str):
-                    for response, slope in zip(
-                        prediction.responses, self._by_change(linear, test, name, values), strict=True
-                    ):
-                        if response.slopes is not None:
-                            response.slopes[p + row] = slope
+                    by_change = self._by_change(linear, test, name, values)
+                    for response, slope in zip(prediction.responses, by_change, strict=True):
+                        response.slopes[p + row] = slope
             predicted.append(prediction)
         return predicted
 
@@ -246,9 +239,8 @@ class Predictions:
         for test in self.tests:
             excluded = {*test.pd, *test.drives, *held_in(test, motion.motor_names)}
             free = [name for name in driven if name not in excluded]
-            off = (
-                f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
-            )
+            way_out = "hold their motors, or give drives or pd, where they were on"
+            off = f"the drives of {', '.join(free)} are off: {way_out}"
             limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
             limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
             said = [*([off] if free else []), *([limits] if limited else [])]
@@ -258,7 +250,7 @@ class Predictions:
 
     def _of(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float], slopes: bool) -> Predicted:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
-        responses: list[PredictedResponse | None] = [None] * len(test.responses)
+        responses: dict[int, PredictedResponse] = {}
         for group in _groups(test.responses):
             f = test.responses[group[0]].f
             window = windowed_lines(test.window, f)
@@ -266,12 +258,10 @@ class Predictions:
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
-                own, by = G[:, o, i], dG[:, :, o, i]
-                if window is not None:
-                    own, by = window.seen(own), window.seen(by)
-                responses[k] = PredictedResponse(own, by if slopes else None)
+                both = G[:, o, i], dG[:, :, o, i]
+                responses[k] = PredictedResponse(*(both if window is None else map(window.weighted_sum, both)))
         modes = None if test.modes is None else _modes_of(changed, test.modes, self.pairs_all)
-        return Predicted(tuple(response for response in responses if response is not None), modes)
+        return Predicted(tuple(responses[k] for k in range(len(responses))), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
         """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""

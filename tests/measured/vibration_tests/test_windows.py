@@ -80,7 +80,7 @@ def test_hann_is_the_product_of_the_impulse_response_and_its_correlation(shift: 
     assert of is not None
     s = 2j * np.pi * of.f
     G = np.sum([0.5 / (s - x) + 0.5 / (s - x.conjugate()) for x in lam], axis=0)
-    assert np.abs(of.seen(G) - reference).max() < 3e-4 * np.abs(reference).max()
+    assert np.abs(of.weighted_sum(G) - reference).max() < 3e-4 * np.abs(reference).max()
     assert len(of.f) == (2 * 30 + 17 if shift == 0 else 31 * 17)
 
 
