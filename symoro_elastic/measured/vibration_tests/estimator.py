@@ -14,6 +14,7 @@ Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -55,7 +56,6 @@ WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to
 NARROW = 0.1  # the same, to compare points of the prior
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
-FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
@@ -113,7 +113,7 @@ class Minimum:
     @property
     def is_far(self) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
-        return is_far(self.fit)
+        return self.fit.is_far
 
     @property
     def is_clear(self) -> bool:
@@ -148,21 +148,6 @@ class Minimum:
         """Half of Schwarz's criterion: the cost, and what each nuisance would explain of noise."""
         more = len(self.all) - self.misfit.unknowns
         return self.cost + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
-
-
-def is_far(fit: Fit) -> bool:
-    """Whether residuals are larger than noise explains."""
-    if not fit.lines:
-        return False
-    return fit.chi2 > fit.far if math.isfinite(fit.chi2) else fit.logarithm > FAR_LOGARITHM
-
-
-def _modal_cost(misfit: Misfit, x: Array) -> float:
-    """Return the cost of modes at x, infinite without equilibrium."""
-    try:
-        return misfit.modal_cost(x)
-    except (InputError, np.linalg.LinAlgError):
-        return math.inf
 
 
 class Estimator:
@@ -219,7 +204,7 @@ class Estimator:
         if explaining := [minimum for minimum in extended if not minimum.is_far]:
             return near, min(explaining, key=attrgetter("criterion"))
         best = near
-        for x in self._nearest(self._within_prior(), partial(self.smoothed_cost, width=NARROW)):
+        for x in self._nearest(partial(self.smoothed_cost, width=NARROW)):
             other = self._near(self.alone, x)
             if not other.is_far:
                 return other, other
@@ -243,10 +228,14 @@ class Estimator:
                 break
         return extended
 
-    def _nearest(self, points: Array, cost: Callable[[Array], float]) -> Array:
-        """Return the points (STARTS, p) of least cost."""
-        nearest: Array = points[np.argsort([cost(x) for x in points])[:STARTS]]
-        return nearest
+    def _nearest(self, cost: Callable[[Array], float]) -> Array:
+        """Return the points (STARTS, p) within the prior of least cost; it is infinite without equilibrium."""
+        rng, costs = np.random.default_rng(0), np.full(POINTS, math.inf)
+        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
+        for k, x in enumerate(points):
+            with contextlib.suppress(InputError, np.linalg.LinAlgError):
+                costs[k] = cost(x)
+        return points[np.argsort(costs)[:STARTS]]
 
     def _of_modes(self) -> Fit:
         """Return the best minimum of lists of modes alone, near the start or near some points of the prior.
@@ -254,9 +243,8 @@ class Estimator:
         Frequencies often have several: intervals hold those that explain the modes as well.
         """
         rough = replace(self.alone, predictions=self.predictions.of([roughly(test) for test in self.predictions.tests]))
-        nearest = self._nearest(self._within_prior(), partial(_modal_cost, rough))
-        minima = [self._near(self.alone, x) for x in (self.start, *nearest)]
-        costs = [_modal_cost(self.alone, minimum.x) for minimum in minima]
+        minima = [self._near(self.alone, x) for x in (self.start, *self._nearest(rough.modal_cost))]
+        costs = [self.alone.modal_cost(minimum.x) for minimum in minima]
         fit = minima[int(np.argmin(costs))].fit
         std, seen = fit.std, [fit.x]
         covariance = fit.covariance
@@ -266,12 +254,6 @@ class Estimator:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
-
-    def _within_prior(self) -> Array:
-        """Return points (POINTS, p) within the prior."""
-        rng = np.random.default_rng(0)
-        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
-        return points
 
     @cached_property
     def _orders(self) -> list[int]:
@@ -390,11 +372,8 @@ class Estimator:
         return Minimum(misfit, x)
 
     def smoothed_cost(self, x: Array, width: float) -> float:
-        """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
-        try:
-            return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
-        except (InputError, np.linalg.LinAlgError):
-            return math.inf
+        """Return the mean |ln(G/H)|^2 of smoothed responses; raises `InputError` without equilibrium."""
+        return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
 
     def smoothed_distance(self, predicted: Sequence[Predicted], width: float = WIDE) -> float:
         """Return the mean |ln(G/H)|^2 of smoothed responses from what is predicted, infinite where G is zero."""
