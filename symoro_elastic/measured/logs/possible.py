@@ -45,6 +45,11 @@ SHORT = (
     "the record is short (fewer than two equations for each parameter, or joints that reverse less than twice), "
     f"so noise is taken for at least {100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %"
 )
+MORE_THAN_CHANCE = (
+    "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file, so the "
+    "model lacks something (friction, a sensor's law), the file is trusted too much, or a torque is not in its unit "
+    "(--gain)"
+)
 TRUSTED = (
     f"no trust is given, so bodies of the file are taken as right to about {100 * TRUST_OF_SHORT:g} %: "
     "say how far they may be off (--trust 0.3)"
@@ -267,9 +272,8 @@ class _Start:
             what = "no body has the values of the file (or they are not known), the nearest possible ones are its prior"
             notes.append(f"{', '.join(changed)}: {what}")
         if guessed:
-            notes.append(
-                f"the file has no positive value of {', '.join(guessed)}: a share of the torques is their prior"
-            )
+            what = "a share of the torques is their prior"
+            notes.append(f"the file has no positive value of {', '.join(guessed)}: {what}")
         return notes
 
 
@@ -340,15 +344,9 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: 
     what += f", {before:.3g} % unconstrained"
     notes = [f"{what}; chi2 {misfit:.3g}, {freedom} degrees of freedom"]
     if misfit > freedom * largest_chi2(freedom):
-        what = (
-            "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
-        )
         k = int(np.argmax(each - own_each))
         where = f"most of it at {estimation.joints[k]}: {each[k]:.3g} % of its torque, {own_each[k]:.3g} % alone"
-        notes.append(
-            f"{what}, so the model lacks something (friction, a sensor's law), the file is trusted too much, or a "
-            f"torque is not in its unit (--gain); {where}"
-        )
+        notes.append(f"{MORE_THAN_CHANCE}; {where}")
     return notes
 
 

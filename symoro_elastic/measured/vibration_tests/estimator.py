@@ -52,8 +52,7 @@ from symoro_elastic.measured.vibration_tests.nuisances import (
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.numerics.motion.signals import outputs
 
-WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare lists of tests
-NARROW = 0.1  # the same, to compare points of the prior
+WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare them far from a minimum
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
@@ -204,7 +203,7 @@ class Estimator:
         if explaining := [minimum for minimum in extended if not minimum.is_far]:
             return near, min(explaining, key=attrgetter("criterion"))
         best = near
-        for x in self._nearest(partial(self.smoothed_cost, width=NARROW)):
+        for x in self._nearest(partial(self.smoothed_cost, width=WIDE)):
             other = self._near(self.alone, x)
             if not other.is_far:
                 return other, other
@@ -331,30 +330,27 @@ class Estimator:
         return Minimum(misfit, misfit.minimum(x, differences))
 
     def _with_channel_nuisances(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
+        """Yield minima with factors, delays, or both of channels, near the best one so far or the start.
 
         Factors or delays that are right leave no more than noise; then no more is sought.
         """
         best = minimum
         for nuisances in self._channel_nuisances:
-            misfit = replace(self.alone, nuisances=nuisances)
-            for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
-                predicted = self.predictions.at(x, slopes=False)
-                logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
-                candidate = self._near(misfit, np.concatenate([x, misfit.nuisances.start(logarithms)]))
-                best = min(best, candidate, key=attrgetter("cost"))
-                if candidate.is_of_channels:
-                    yield candidate
-                    if candidate.is_clear:
-                        return
+            x = self.start if best is minimum else best.x
+            predicted = self.predictions.at(x, slopes=False)
+            logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
+            c = nuisances.start(logarithms)
+            candidate = self._near(replace(self.alone, nuisances=nuisances), np.concatenate([x, c]))
+            best = min(best, candidate, key=attrgetter("cost"))
+            if candidate.is_of_channels:
+                yield candidate
+                if candidate.is_clear:
+                    return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
-        if not math.isfinite(minimum.fit.chi2):
-            return
-        terms = out_of_band_modes(self.lines, self._orders).parts
-        for delays in ((), self._channel_nuisances[1].parts):
-            misfit = replace(minimum.misfit, nuisances=Nuisances((*delays, *terms)))
+        """Yield the minimum near one of the model alone with terms of modes outside the band, if the noise is known."""
+        if math.isfinite(minimum.fit.chi2):
+            misfit = replace(minimum.misfit, nuisances=out_of_band_modes(self.lines, self._orders))
             x = np.concatenate([minimum.x, np.zeros(len(misfit.nuisances.prior))])
             yield Minimum(misfit, misfit.minimum(x, differences))
 
