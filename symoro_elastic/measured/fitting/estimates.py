@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from statistics import NormalDist
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import enumeration
 
 SIGNIFICANT = 4.0  # standard deviations from zero of an effect that is not chance: 6e-5 of normal noise is beyond
+ALARM = 1e-3  # probability with which chance alone raises an alarm
 OUTLYING = 6.0  # robust standard deviations beyond which a value is an outlier
 CAUCHY = 2.5
 """c of Cauchy's weights 1 / (1 + (r / c)^2), in standard deviations: 95 % efficient (Holland and Welsch 1977)."""
@@ -69,6 +71,11 @@ class Estimate:
     def relative(self) -> float:
         """std / |value|."""
         return self.std / abs(self.value) if self.value else math.inf
+
+
+def largest_of_chance(count: int = 1) -> float:
+    """Return the standard deviations beyond which, on one side, none of `count` estimates is by chance."""
+    return NormalDist().inv_cdf(1 - ALARM / max(count, 1))
 
 
 def is_identified(value: float, std: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -213,14 +214,14 @@ class Equations:
     def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
         """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
         motion, chosen = sampled.motion, sampled.chosen
-        motions = [[*motion.part(piece)]]
-        for q, qd, qdd in motion.twins:
-            noise = [x[piece] for x in (q, qd, qdd)]
-            motions += [[x + sign * dx for x, dx in zip(motions[0], noise, strict=True)] for sign in SIGNS]
+        motions = [motion.part(piece)]
+        for twin, sign in itertools.product(motion.twins, SIGNS):
+            q, qd, qdd = (x + sign * dx[piece] for x, dx in zip(motions[0], twin, strict=True))
+            motions.append((q, qd, qdd))
         columns = [self.Y.evaluate(*x, self.estimated_columns) for x in motions]
         halves = [(plus - minus) / 2 for plus, minus in zip(columns[1::2], columns[2::2], strict=True)]
         used = sampled.counted[piece].astype(float)
-        fixed_torques = self.fixed_torques(motion.part(piece)) * used
+        fixed_torques = self.fixed_torques(motions[0]) * used
         both = [columns[0] * used[:, :, None], fixed_torques, *(x * used[:, :, None] for x in halves)]
         return [filtering.average(x, chosen) if chosen else x for x in both]
 

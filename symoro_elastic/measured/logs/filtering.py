@@ -322,10 +322,7 @@ def _silent(record: Measurements) -> Measurements:
 def _staircases(
     record: Measurements, joint: int, smoothed: Array, chosen: Filter, count: int, zeros: bool
 ) -> list[Array]:
-    """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
-
-    Errors are scaled up by a little additional noise.
-    """
+    """Return errors of an encoder of the same steps and other zeros; none where noise is more than its staircase."""
     q = record.q[:, joint]
     step = resolution_of(q)
     if not step:
@@ -338,8 +335,8 @@ def _staircases(
     alone = float(np.mean([(error - smooth(error, chosen, record))[cut].var() for error in errors]))
     if not alone or variance > MOST_BESIDE * alone:
         return []
-    larger, zero = np.sqrt(max(variance / alone, 1.0)), step * (phases - np.round(phases)) * zeros
-    return [error * larger + off for error, off in zip(errors, zero, strict=True)]
+    zero = step * (phases - np.round(phases)) * zeros
+    return [error + off for error, off in zip(errors, zero, strict=True)]
 
 
 def _modulated_record(record: Measurements, chosen: Filter, share: float) -> Measurements:
@@ -375,7 +372,7 @@ def still_joints(smoothed: Array, removed: Array) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(moved <= np.maximum(noise, rounding)))
 
 
-def of_encoders(
+def notes_on_encoders(
     record: Measurements, motion: FilteredMotion, chosen: Filter | None, joints: Sequence[str]
 ) -> list[str]:
     """Return notes on joints whose noise is the staircase of their encoder, and on steps too coarse for a motion."""

@@ -28,11 +28,18 @@ from symoro_elastic.measured.logs.estimation import (
     refuse_short,
     without_hidden_rows,
 )
-from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
-from symoro_elastic.measured.logs.late_columns import Delays, Late, delays_of, late_velocities, moved_back, said_of_late
+from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, notes_on_encoders
+from symoro_elastic.measured.logs.late_columns import (
+    Delays,
+    Late,
+    delays_of,
+    late_velocities,
+    moved_back,
+    notes_on_late_columns,
+)
 from symoro_elastic.measured.logs.mistakes import mistakes_of
 from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlation
-from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
+from symoro_elastic.measured.logs.outliers import notes_on_outliers, outliers_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
 from symoro_elastic.measured.logs.regression import Regressor, RegressorColumn
@@ -43,8 +50,8 @@ from symoro_elastic.measured.logs.sensors import (
     Columns,
     Sensors,
     Torques,
-    of_sensors,
-    sensors_of_few,
+    notes_on_sensors,
+    sensors_of_short_record,
     sought_sensors,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
@@ -132,7 +139,7 @@ def _fit(
     try:
         return stack.identification(late, settings), stack.staying
     except InputError as error:
-        raise InputError(error.file, error.place, "; ".join([error.what, *stack.of_stays()])) from None
+        raise InputError(error.file, error.place, "; ".join([error.what, *stack.notes_on_clipping()])) from None
 
 
 def _in_time(
@@ -197,16 +204,18 @@ class _Stack:
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.staircases for x in self.sampled)
         torques, draws = _torques(equations, self.sampled, fixed_torques), _draws(equations, self.sampled)
-        noise = RowNoise(_noises(rows), correlation, repeating, draws if repeating else None)
+        noise = RowNoise(_noises(rows), correlation, draws if repeating else None)
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
-            raise InputError(self._source, "tau", f"hardly anything is left of it: {'; '.join(self.of_stays())}")
+            raise InputError(
+                self._source, "tau", f"hardly anything is left of it: {'; '.join(self.notes_on_clipping())}"
+            )
         if not self.columns.torques(0.0)[0].any():
             what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
             raise InputError(self._source, "tau", what)
         self._plain = self.columns
         self.driven: Estimation | None = None
-        self._said: list[str] = []
+        self._notes: list[str] = []
         self._unsettled: list[str] = []
 
     @property
@@ -215,7 +224,7 @@ class _Stack:
         motors: list[int] = np.flatnonzero(np.any([x.staying.any(axis=0) for x in self.sampled], axis=0)).tolist()
         return motors
 
-    def of_stays(self) -> list[str]:
+    def notes_on_clipping(self) -> list[str]:
         """Return a line for each motor whose torques stay at an end of their range, or do not change."""
         staying = np.concatenate([x.staying for x in self.sampled])
         tau = np.concatenate([x.motion.tau for x in self.sampled])
@@ -234,8 +243,8 @@ class _Stack:
         self.hide(settings.unseen)
         equations, machine = self._equations, self._equations.machine
         sensors, estimation, tau, bodies = self.estimation_with_sensors(settings, late)
-        notes = [*self.notes(), *said_of_late(late, machine), *estimation.notes]
-        notes += [*of_sensors(estimation, sensors, machine), *(bodies.notes if bodies else ())]
+        notes = [*self.notes(), *notes_on_late_columns(late, machine), *estimation.notes]
+        notes += [*notes_on_sensors(estimation, sensors, machine), *(bodies.notes if bodies else ())]
         notes += mistakes_of(equations, self.sampled, estimation.estimates)
         springs = _springs(estimation, self.columns.Y, len(equations.estimated_columns))
         parts = springs, _neutral(estimation, machine), sensors, bodies, self.laws, self.driven
@@ -248,12 +257,12 @@ class _Stack:
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
         silent = {k: None for x in self.sampled for k in self._equations.unmeasured_joints(x.record, x.motion.still)}
         unmeasured = [f"{names[k]} is held still, and its torques are zero throughout: not measured" for k in silent]
-        notes = [*(line for x in self.sampled for line in x.record.warnings), *self.of_stays()]
-        notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
+        notes = [*(line for x in self.sampled for line in x.record.warnings), *self.notes_on_clipping()]
+        notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._notes]
         notes += self._unsettled
         by_length = sorted(zip(self._numbers, self.sampled, strict=True), key=lambda pair: len(pair[1].motion.t))
         longest = [dict(by_length)[k] for k in sorted({*self._numbers})]
-        return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
+        return notes + [line for x in longest for line in notes_on_encoders(x.record, x.motion, x.chosen, names)]
 
     def delays(self) -> Delays | None:
         """Return how late columns are; None where rows are too few."""
@@ -295,7 +304,7 @@ class _Stack:
         more = np.concatenate([joined, self._averages_of(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
         before, after = (_residual_percent(columns, self.columns.torques(0.0)[0]) for columns in (joined, more))
         what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
-        self._said.append(f"{what} of the torque, {after:.3g} % if they were")
+        self._notes.append(f"{what} of the torque, {after:.3g} % if they were")
 
     def _with_laws(self, sensors: Sensors) -> None:
         """Add the columns of laws of friction, linear about a fit with the terms of sensors."""
@@ -325,7 +334,7 @@ class _Stack:
         torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
         self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
 
-    def _say_of_laws(self) -> None:
+    def _note_friction_laws(self) -> None:
         """Say what laws of friction change."""
         with_it, plain = self.columns, self._plain
         count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
@@ -335,22 +344,22 @@ class _Stack:
                 own = plain if friction_laws.LOAD in kinds else with_it
                 Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, other_laws], plain.offsets], axis=2)
                 both = np.concatenate([with_it.Y, plain.offsets], axis=2)
-                self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
+                self._note_residuals(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
 
-    def _say(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
+    def _note_residuals(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
         """Say by how much residuals of columns and torques change."""
         after, before = _residual_percent(*with_it), _residual_percent(*without_it)
-        self._said.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
+        self._notes.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
 
-    def _say_of(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
+    def _note_sensor_terms(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
         """Say what offsets and a delay change."""
         columns = self.columns
         if sensors.offsets:
             without = columns.with_sensor_columns((), slopes if sensors.has_delay else None)[0]
-            self._say("offset of torques", (Y, tau), (without, tau))
+            self._note_residuals("offset of torques", (Y, tau), (without, tau))
         if sensors.has_delay:
             at_once = columns.with_sensor_columns(sensors.offsets, None)[0], columns.torques(0.0)[0]
-            self._say("delay of torques", (Y, tau), at_once)
+            self._note_residuals("delay of torques", (Y, tau), at_once)
 
     def _largest_torques(self) -> Array:
         """Return the largest torques on joints by a unit of the columns, (n, columns)."""
@@ -367,17 +376,19 @@ class _Stack:
             self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
         if settings.robust:
             rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
-            self._said += said_of(self.t, rows, used, [x.name for x in self._equations.machine.independent_joints])
+            self._notes += notes_on_outliers(
+                self.t, rows, used, [x.name for x in self._equations.machine.independent_joints]
+            )
             self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
         columns, count = self.columns, self.columns.Y.shape[2]
         if settings.trust is None:
             refuse_short(_nonzero_rows(columns.Y), count, usual_correlation(columns.correlation), self._source)
         is_short = self._is_short(count)
-        sensors = (sensors_of_few if is_short else sought_sensors)(columns, settings.offsets, settings.delay)
+        sensors = (sensors_of_short_record if is_short else sought_sensors)(columns, settings.offsets, settings.delay)
         if self.laws.load:
             self._with_laws(sensors)
         if has_laws:
-            self._say_of_laws()
+            self._note_friction_laws()
         return sensors, is_short
 
     def estimation_with_sensors(
@@ -394,7 +405,7 @@ class _Stack:
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.with_sensor_columns(sensors.offsets, slopes if sensors.has_delay else None)
         if not is_short:
-            self._say_of(sensors, Y, tau, slopes)
+            self._note_sensor_terms(sensors, Y, tau, slopes)
         every = [*unknowns, *sensors.unknowns(machine)]
         names = tuple(joint.name for joint in machine.independent_joints)
         data = None if trust is None else Data(Y, tau, self._largest_torques(), is_short)

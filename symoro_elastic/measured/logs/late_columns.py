@@ -28,7 +28,6 @@ CLEAR = 2 * VERY_STRONG  # difference of BIC
 LEAST = 0.6  # samples: smaller delays are not of integer samples
 WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted
 LONGEST = 50  # samples
-DOUBTED = 0.2  # samples: larger standard deviations are reported
 ROUNDS = 6  # Gauss-Newton steps to a lag
 EXACT = 1e-12  # of squares of residuals, which rounding leaves
 LIKE = 0.1  # of velocities: largest difference from derivatives of positions that a delay explains
@@ -233,7 +232,7 @@ def _of_torques(equations: Equations, sampled: Sampled, delay: float) -> Array:
     return np.array([-sampled.averages(equations.Y.joint_torques(sampled.motion.q, slopes * unit)) for unit in units])
 
 
-def said_of_late(late: Sequence[Late], machine: Machine) -> list[str]:
+def notes_on_late_columns(late: Sequence[Late], machine: Machine) -> list[str]:
     """Return a line for each column that was shifted, and one for those that were not."""
     lines, unshifted = [], []
     for column in late:
@@ -242,7 +241,7 @@ def said_of_late(late: Sequence[Late], machine: Machine) -> list[str]:
             unshifted.append(f"{column.header(machine)} is {abs(column.samples):.3g} samples {way}")
             continue
         samples = f"{abs(column.whole)} sample{'' if abs(column.whole) == 1 else 's'}"
-        doubt = f" (+- {column.std:.1g})" if column.std > DOUBTED else ""
+        doubt = f" (+- {column.std:.1g})" if column.std else ""
         what = f"is {samples} {way}{doubt} relative to the other columns (buffered channel?): shifted back"
         lines.append(f"{column.header(machine)} {what}")
     if unshifted:

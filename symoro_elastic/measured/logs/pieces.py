@@ -53,7 +53,7 @@ def in_pieces(record: Measurements, chosen: Filter | None) -> list[Measurements]
     if not long_enough:
         what = f"{gaps} leave no piece of {least * record.period:.3g} s, which filters of this motion need"
         raise InputError(record.source, "t", f"{what}: measure again, or give a higher --bandwidth")
-    first = replace(long_enough[0], warnings=(*record.warnings, *_said(record, every, long_enough, gaps)))
+    first = replace(long_enough[0], warnings=(*record.warnings, *_notes(record, every, long_enough, gaps)))
     return [first, *long_enough[1:]]
 
 
@@ -67,7 +67,7 @@ def _refuse_rest(records: Sequence[Measurements], chosen: Filter) -> None:
     raise InputError(records[0].source, "q", what)
 
 
-def _said(record: Measurements, every: Sequence[Measurements], used: Sequence[Measurements], gaps: str) -> list[str]:
+def _notes(record: Measurements, every: Sequence[Measurements], used: Sequence[Measurements], gaps: str) -> list[str]:
     """Return lines on gaps, and on the steps of uneven sampling."""
     lines = []
     share = 100 * sum(float(np.ptp(piece.t)) for piece in used) / float(np.ptp(record.t))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from statistics import NormalDist
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import Estimate
+from symoro_elastic.measured.fitting.estimates import Estimate, largest_of_chance
 from symoro_elastic.measured.logs.equations import Equations, Sampled
 from symoro_elastic.measured.logs.estimation import Estimation
 from symoro_elastic.measured.logs.filtering import Filter, smooth
@@ -22,7 +21,6 @@ from symoro_elastic.measured.logs.pieces import filter_of, in_pieces
 from symoro_elastic.measured.logs.possible import Possible
 from symoro_elastic.measured.logs.sensors import DELAY, Sensors
 
-SIGNIFICANT = 1e-3  # level on which estimates from more samples are others than those from fewer
 NEGLIGIBLE = 0.1  # of a standard deviation: differences of estimates that are of no account
 ROUNDING = 1e-12  # of the largest torque, of what motors on dependent joints exert on a joint that they do not move
 
@@ -71,12 +69,12 @@ class Identification(Result):
 def agree(fewer: Identification, more: Identification) -> bool:
     """Return whether estimates from more samples are those from fewer but for chance (Hausman 1978).
 
-    By the larger standard deviations of fewer samples, on the level SIGNIFICANT of all parameters together.
+    By the larger standard deviations of fewer samples, on the level of all parameters together.
     """
     by_label = {e.unknown.label: e for e in more.estimates}
     pairs = [(e, by_label[e.unknown.label]) for e in fewer.estimates if e.unknown.label in by_label]
     pairs = [(estimate, other) for estimate, other in pairs if math.isfinite(estimate.std) and math.isfinite(other.std)]
-    most = NormalDist().inv_cdf(1 - SIGNIFICANT / (2 * max(len(pairs), 1)))
+    most = largest_of_chance(2 * len(pairs))
     return all(
         abs(estimate.value - other.value)
         <= most * math.sqrt(max(estimate.std**2 - other.std**2, (NEGLIGIBLE * estimate.std) ** 2))

@@ -73,18 +73,18 @@ class Columns:
 @dataclass(frozen=True)
 class Sensors:
     """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
-    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not
+    whose column is linear about `delay` s. `undetermined` are motors whose offset the motion does not
     distinguish from gravity, with its assumed standard deviation.
     """
 
     offsets: tuple[int, ...] = ()
     has_delay: bool = False
     delay: float = 0.0
-    untold: Mapping[int, float] = field(default_factory=dict)
+    undetermined: Mapping[int, float] = field(default_factory=dict)
 
     def doubts(self, columns: Columns) -> list[Array]:
         """Return left sides (rows, n) of one standard deviation of offsets that the motion does not determine."""
-        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()]
+        return [s * columns.offsets[:, :, m] for m, s in self.undetermined.items()]
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
         """Return offsets, then the delay, as unknowns."""
@@ -118,7 +118,7 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     return _sensors(columns, motors, offsets, late[0] if late and is_late else None)
 
 
-def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
+def sensors_of_short_record(columns: Columns, offsets: str, delay: str) -> Sensors:
     """Return what is sought where rows are too few to show it: offsets, which are small, and no delay unless always."""
     motors = () if offsets == NEVER else tuple(range(columns.offsets.shape[2]))
     return Sensors(motors, delay == ALWAYS)
@@ -161,13 +161,13 @@ def _offsets(
     """
     if not motors:
         return (), {}
-    every = _found_offsets(columns, motors, slope, tau)
+    every = _estimated_offsets(columns, motors, slope, tau)
     if seek == ALWAYS:
         return tuple(every), {}
     on_joints = {m: columns.offsets[:, :, m].any(axis=0) for m in motors}
     largest = {m: float(np.abs(tau[:, joints]).max(initial=0.0)) for m, joints in on_joints.items()}
     determined = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
-    offsets = every if len(determined) == len(motors) else _found_offsets(columns, determined, slope, tau)
+    offsets = every if len(determined) == len(motors) else _estimated_offsets(columns, determined, slope, tau)
     least = {m: LEAST_OFFSET * x for m, x in largest.items()}
     significant = [m for m, x in offsets.items() if abs(x.value) > max(SIGNIFICANT * x.std, least[m])]
     usual_fraction = max([USUAL, *(abs(offsets[m].value) / largest[m] for m in significant)])
@@ -179,7 +179,7 @@ def _offsets(
     return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
 
 
-def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
+def _estimated_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
     """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
     independent, solution = columns.solution(motors, slope, tau)
@@ -190,7 +190,7 @@ def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None,
     return {m: _Offset(float(solution.X[k]), float(solution.std[k]), most[m]) for m, k in places.items()}
 
 
-def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
+def notes_on_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
     """Return notes on offsets of torques and on their delay."""
     notes = []
     for e in estimation.estimates:
@@ -200,7 +200,7 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
             late, others = ("torques", "behind positions") if e.value > 0 else ("positions", "behind torques")
             what = f"{late} are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {others}"
             notes.append(f"{what}: compensated, and sought with the parameters")
-    for m, size in sensors.untold.items():
+    for m, size in sensors.undetermined.items():
         joint = machine.motor_joints[m]
         what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
         what += f" is not distinguishable from gravity by this motion: standard deviations include {below} (usual)"

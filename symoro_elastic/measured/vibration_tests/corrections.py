@@ -18,7 +18,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.corrections import MOST_REFITTED, Refit, explanations, names_of
 from symoro_elastic.measured.vibration_tests.diagnostics import is_cross_talk
-from symoro_elastic.measured.vibration_tests.estimator import WIDE, Estimator, is_far, lines_of
+from symoro_elastic.measured.vibration_tests.estimator import WIDE, Estimator, lines_of
 from symoro_elastic.measured.vibration_tests.listed_tests import Kind, ListedTests, Row, files
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly
 from symoro_elastic.measured.vibration_tests.misfit import Fit, Misfit, differences
@@ -41,12 +41,12 @@ def refuse_mistakes(
     `bound` is the largest fraction of the distance that is refitted. Where the noise is unknown, responses alone are
     examined in a fit that looks right.
     """
-    if not estimator.lines or (math.isfinite(fit.chi2) and not is_far(fit)):
+    if not estimator.lines or (math.isfinite(fit.chi2) and not fit.is_far):
         return
     search = _Search(estimator, machine, sought_of, fit)
     listed = search.listed
     groups: list[Iterable[Row]] = [listed.responses()]
-    if is_far(fit):
+    if fit.is_far:
         groups += [(*listed.positions(), *listed.motors_held(), *listed.signals()), listed.zeros()]
     for rows in groups:
         corrections = explanations(rows, search.distance, search.refit, bound)
@@ -91,16 +91,16 @@ class _Search:
         """Return the fraction of the smoothed distance that is left with a correction, at the nearer start."""
         try:
             corrected = self._of(row)
+            if row.kind in (Kind.SIGN, Kind.SIGNALS):
+                wide, predicted = self._all_signals
+                costs = [corrected.smoothed_distance(_chosen(wide.tests, at, row.data)) for at in predicted]
+            elif row.kind is Kind.RESPONSES and _same_frequencies(row.data, self.listed.tests):
+                costs = [corrected.smoothed_distance(at) for at in self._at_starts]
+            else:
+                values = (_values(corrected, self.estimator, x) for x in self.starts)
+                costs = [corrected.smoothed_cost(x, WIDE) for x in values]
         except (InputError, np.linalg.LinAlgError):
             return math.inf
-        if row.kind in (Kind.SIGN, Kind.SIGNALS):
-            wide, predicted = self._all_signals
-            costs = [corrected.smoothed_distance(_chosen(wide.tests, at, row.data)) for at in predicted]
-        elif row.kind is Kind.RESPONSES and _same_frequencies(row.data, self.listed.tests):
-            costs = [corrected.smoothed_distance(at) for at in self._at_starts]
-        else:
-            values = (_values(corrected, self.estimator, x) for x in self.starts)
-            costs = [corrected.smoothed_cost(x, WIDE) for x in values]
         return min(cost / before for cost, before in zip(costs, self._uncorrected_distances, strict=True))
 
     def refit(self, row: Row) -> Refit[tuple[VibrationTest, ...]] | None:

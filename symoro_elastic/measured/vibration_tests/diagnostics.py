@@ -116,26 +116,19 @@ def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predi
     if len(fit.lines) < 2 or not (math.isnan(fit.chi2) or fit.chi2 > fit.far):
         return []
     logs = [np.log(line.predicted_by(predicted) / line.H) for line in fit.lines]
-    sizes = [
-        float(np.median(np.abs(logarithm * np.abs(line.H) / line.sd))) ** 2
-        for logarithm, line in zip(logs, fit.lines, strict=True)
-    ]
+    weighted = (log * np.abs(line.H) / line.sd for log, line in zip(logs, fit.lines, strict=True))
+    sizes = [float(np.median(np.abs(x))) ** 2 for x in weighted]
     notes = []
     for k, line in enumerate(fit.lines):
         usual = float(np.median(sizes[:k] + sizes[k + 1 :]))
         if sizes[k] > APART * max(usual, 1.0):
-            name = f"{tests[line.test].name}: {line.measured.pair}"
-            notes.append(f"{name} does not go with the other responses{_why(line, logs[k])}")
+            times = float(np.median(np.exp(-logs[k].real)))
+            way_out = (
+                f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
+            )
+            what = f"does not go with the other responses{_mistake(line, logs[k]) or way_out}"
+            notes.append(f"{tests[line.test].name}: {line.measured.pair} {what}")
     return notes
-
-
-def _why(line: Lines, logs: ComplexArray) -> str:
-    """Return the mistake that brings a pair near the model, or what to look at."""
-    times = float(np.median(np.exp(-logs.real)))
-    return (
-        _mistake(line, logs)
-        or f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
-    )
 
 
 def _mistake(line: Lines, logs: ComplexArray) -> str:
@@ -203,9 +196,8 @@ def of_lost_modes(tests: Sequence[VibrationTest], predicted: Sequence[Predicted]
             continue
         named = ", ".join(f"{f:.4g} Hz" for f in test.modes.f[lost])
         why = "the model has none or two similar" if test.modes.outputs else "the model has fewer modes"
-        notes.append(
-            f"{test.name}: {lost.sum()} of {len(lost)} modes have no partner, and are left out: {named} ({why})"
-        )
+        what = f"{lost.sum()} of {len(lost)} modes have no partner, and are left out: {named} ({why})"
+        notes.append(f"{test.name}: {what}")
     return notes
 
 
@@ -285,12 +277,11 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     outputs: dict[str, list[str]] = {}
     for delay in fit.delays:
         if delay.is_significant:
-            fall = (
-                f", {100 * math.expm1(-delay.fall):+.2g} % at its last line" if abs(delay.fall) > LEAST_DECREASE else ""
+            percent = f", {100 * math.expm1(-delay.fall):+.2g} % at its last line"
+            what = (
+                f"{delay.output} by {1e3 * delay.seconds:.3g} ms{percent if abs(delay.fall) > LEAST_DECREASE else ''}"
             )
-            outputs.setdefault(tests[delay.test].name, []).append(
-                f"{delay.output} by {1e3 * delay.seconds:.3g} ms{fall}"
-            )
+            outputs.setdefault(tests[delay.test].name, []).append(what)
     why = "delays, filters or the hold of a command are fitted with the model; measure input and output the same way"
     late = "outputs come later than those of the model"
     return [f"{name}: {late}: {', '.join(outs)}: {why}" for name, outs in outputs.items()]
@@ -335,9 +326,8 @@ def of_neighbours(fit: Fit) -> list[str]:
     if fit.wider == 1.0:
         return []
     what = "as those of a window (Hann) are, or of a model that lacks something"
-    return [
-        f"residuals of neighbouring lines are correlated, {what}: standard deviations are {fit.wider:.2g} times wider"
-    ]
+    wider = f"standard deviations are {fit.wider:.2g} times wider"
+    return [f"residuals of neighbouring lines are correlated, {what}: {wider}"]
 
 
 def of_windows(listed: Sequence[VibrationTest], fit: Fit, labels: Sequence[str]) -> list[str]:
@@ -346,9 +336,8 @@ def of_windows(listed: Sequence[VibrationTest], fit: Fit, labels: Sequence[str])
     estimated = [k for k, (a, b) in enumerate(zip(listed, fit.tests, strict=True)) if a.window is not b.window]
     for k in estimated:
         indicated = _window_name(fit.tests[k].window, fit.windows.get(k, 0.0))
-        notes.append(
-            f"{listed[k].name}: {_window_of_list(listed[k])}, and residuals indicate {indicated}; it is estimated"
-        )
+        what = f"{_window_of_list(listed[k])}, and residuals indicate {indicated}; it is estimated"
+        notes.append(f"{listed[k].name}: {what}")
     for doubt in fit.alternatives:
         k = int(np.argmax(np.abs(doubt.shift) / std))
         if abs(doubt.shift[k]) > WINDOWED * std[k]:

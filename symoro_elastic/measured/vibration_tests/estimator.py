@@ -14,6 +14,7 @@ Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.fitting.corrections import VERY_STRONG
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
-from symoro_elastic.measured.fitting.evidence import Evidence
+from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
@@ -51,11 +52,9 @@ from symoro_elastic.measured.vibration_tests.nuisances import (
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
 from symoro_elastic.numerics.motion.signals import outputs
 
-WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare lists of tests
-NARROW = 0.1  # the same, to compare points of the prior
+WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare them far from a minimum
 POINTS = 100  # points drawn within the prior
 STARTS = 6  # of these, the nearest to the tests, from which fits start
-FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
@@ -113,7 +112,12 @@ class Minimum:
     @property
     def is_far(self) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
-        return is_far(self.fit)
+        return self.fit.is_far
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether residuals are those of noise, which leaves nothing to explain."""
+        return self.fit.chi2 < largest_chi2(len(self.fit.residuals))
 
     @property
     def cost(self) -> float:
@@ -143,21 +147,6 @@ class Minimum:
         """Half of Schwarz's criterion: the cost, and what each nuisance would explain of noise."""
         more = len(self.all) - self.misfit.unknowns
         return self.cost + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
-
-
-def is_far(fit: Fit) -> bool:
-    """Whether residuals are larger than noise explains."""
-    if not fit.lines:
-        return False
-    return fit.chi2 > fit.far if math.isfinite(fit.chi2) else fit.logarithm > FAR_LOGARITHM
-
-
-def _modal_cost(misfit: Misfit, x: Array) -> float:
-    """Return the cost of modes at x, infinite without equilibrium."""
-    try:
-        return misfit.modal_cost(x)
-    except (InputError, np.linalg.LinAlgError):
-        return math.inf
 
 
 class Estimator:
@@ -199,7 +188,7 @@ class Estimator:
         near = self._near(self.alone, self.start)
         check(near.fit, self.predictions.at(near.x, slopes=False))
         best, chosen = self._best_minima(near)
-        chosen, alternatives = self._under_possible_windows(chosen)
+        chosen, alternatives = self._with_possible_windows(chosen)
         fit = replace(chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
@@ -214,36 +203,38 @@ class Estimator:
         if explaining := [minimum for minimum in extended if not minimum.is_far]:
             return near, min(explaining, key=attrgetter("criterion"))
         best = near
-        for x in self._nearest(self._within_prior(), partial(self.smoothed_cost, width=NARROW)):
+        for x in self._nearest(partial(self.smoothed_cost, width=WIDE)):
             other = self._near(self.alone, x)
             if not other.is_far:
                 return other, other
             best = min(best, other, key=attrgetter("cost"))
         if best is not near:
             extended += self._with_terms(best)
-        size, least = (
-            (attrgetter("fit.chi2"), EXPLAINED)
-            if math.isfinite(best.fit.chi2)
-            else (attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN)
-        )
+        size, least = attrgetter("fit.chi2"), EXPLAINED
+        if not math.isfinite(best.fit.chi2):
+            size, least = attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN
         chosen = min(extended, key=size, default=best)
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with windows, channels, terms near that of the model alone, until one explains the tests."""
+        """Return minima with windows, channels, terms near that of the model alone, until one leaves only noise."""
         extended: list[Minimum] = []
-        windows = (replace(self.alone, predictions=predictions) for predictions in self._others())
+        windows = (replace(self.alone, predictions=predictions) for predictions in self._other_windows())
         under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
-        for minima in (under_others, self._of_channels(near), self._with_terms(near)):
+        for minima in (under_others, self._with_channel_nuisances(near), self._with_terms(near)):
             extended += minima
-            if not all(minimum.is_far for minimum in extended):
+            if any(minimum.is_clear for minimum in extended):
                 break
         return extended
 
-    def _nearest(self, points: Array, cost: Callable[[Array], float]) -> Array:
-        """Return the points (STARTS, p) of least cost."""
-        nearest: Array = points[np.argsort([cost(x) for x in points])[:STARTS]]
-        return nearest
+    def _nearest(self, cost: Callable[[Array], float]) -> Array:
+        """Return the points (STARTS, p) within the prior of least cost; it is infinite without equilibrium."""
+        rng, costs = np.random.default_rng(0), np.full(POINTS, math.inf)
+        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
+        for k, x in enumerate(points):
+            with contextlib.suppress(InputError, np.linalg.LinAlgError):
+                costs[k] = cost(x)
+        return points[np.argsort(costs)[:STARTS]]
 
     def _of_modes(self) -> Fit:
         """Return the best minimum of lists of modes alone, near the start or near some points of the prior.
@@ -251,9 +242,8 @@ class Estimator:
         Frequencies often have several: intervals hold those that explain the modes as well.
         """
         rough = replace(self.alone, predictions=self.predictions.of([roughly(test) for test in self.predictions.tests]))
-        nearest = self._nearest(self._within_prior(), partial(_modal_cost, rough))
-        minima = [self._near(self.alone, x) for x in (self.start, *nearest)]
-        costs = [_modal_cost(self.alone, minimum.x) for minimum in minima]
+        minima = [self._near(self.alone, x) for x in (self.start, *self._nearest(rough.modal_cost))]
+        costs = [self.alone.modal_cost(minimum.x) for minimum in minima]
         fit = minima[int(np.argmin(costs))].fit
         std, seen = fit.std, [fit.x]
         covariance = fit.covariance
@@ -263,12 +253,6 @@ class Estimator:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
-
-    def _within_prior(self) -> Array:
-        """Return points (POINTS, p) within the prior."""
-        rng = np.random.default_rng(0)
-        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
-        return points
 
     @cached_property
     def _orders(self) -> list[int]:
@@ -284,7 +268,7 @@ class Estimator:
         both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
         return gains, channel_delays(self.lines, accelerations), both
 
-    def _others(self) -> Iterator[Predictions]:
+    def _other_windows(self) -> Iterator[Predictions]:
         """Yield predictions of the tests under the other windows that they may have.
 
         Of Hann's window that is named the length is unknown, of exponential ones the rate, which is zero without any.
@@ -302,17 +286,17 @@ class Estimator:
                 if usual is not None:
                     yield self.predictions.of(usual, places if kind is WindowKind.EXPONENTIAL else ())
 
-    def _under_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
+    def _with_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
         """Return a minimum, or that under another window if residuals determine it; other possible windows.
 
         Possible are windows where none is named, or other windows, that residuals do not exclude.
         """
-        predictions_of_others = list(self._others())
+        predictions_of_others = list(self._other_windows())
         if not predictions_of_others:
             return minimum, ()
-        named = minimum if minimum.misfit.predictions is self.predictions else self._under(minimum, self.predictions)
-        minima = [self._under(minimum, predictions) for predictions in predictions_of_others]
-        best = min((other for other in minima if self._may_be(other, named)), key=attrgetter("cost"), default=named)
+        named = minimum if minimum.misfit.predictions is self.predictions else self._refit(minimum, self.predictions)
+        minima = [self._refit(minimum, predictions) for predictions in predictions_of_others]
+        best = min((other for other in minima if self._explains(other, named)), key=attrgetter("cost"), default=named)
         chosen = best if best.cost < named.cost - VERY_STRONG else named
         tests = self.predictions.tests
         near = [other for other in (named, *minima) if other is not chosen and other.cost < chosen.cost + VERY_STRONG]
@@ -321,7 +305,7 @@ class Estimator:
             doubted = [self._possible_window(other) for other in near if None in other.changed_windows(tests)]
         return chosen, tuple(chosen.doubt(other, counts) for other, counts in doubted)
 
-    def _may_be(self, other: Minimum, named: Minimum) -> bool:
+    def _explains(self, other: Minimum, named: Minimum) -> bool:
         """Whether windows fall, and explain the tests, or most of what those that are named leave."""
         falls = all(window.decay > 0 for window in other.changed_windows(self.predictions.tests).values())
         remaining = (other.fit.chi2 - 1) / max(named.fit.chi2 - 1, 1e-9)
@@ -337,39 +321,36 @@ class Estimator:
             return other, True
         c = np.clip(c + SIGNIFICANT * np.array([*other.fit.windows.values()]), 0.0, 1.0)
         tests = other.misfit.predictions.tests_at(np.concatenate([other.x, c]))
-        return self._under(other, self.predictions.of(tests)), False
+        return self._refit(other, self.predictions.of(tests)), False
 
-    def _under(self, minimum: Minimum, predictions: Predictions) -> Minimum:
+    def _refit(self, minimum: Minimum, predictions: Predictions) -> Minimum:
         """Return the minimum with other predictions near one."""
         misfit = replace(minimum.misfit, predictions=predictions)
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
 
-    def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
+    def _with_channel_nuisances(self, minimum: Minimum) -> Iterator[Minimum]:
+        """Yield minima with factors, delays, or both of channels, near the best one so far or the start.
 
         Factors or delays that are right leave no more than noise; then no more is sought.
         """
         best = minimum
         for nuisances in self._channel_nuisances:
-            misfit = replace(self.alone, nuisances=nuisances)
-            for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
-                predicted = self.predictions.at(x, slopes=False)
-                logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
-                candidate = self._near(misfit, np.concatenate([x, misfit.nuisances.start(logarithms)]))
-                best = min(best, candidate, key=attrgetter("cost"))
-                if candidate.is_of_channels:
-                    yield candidate
-                    if not candidate.is_far:
-                        return
+            x = self.start if best is minimum else best.x
+            predicted = self.predictions.at(x, slopes=False)
+            logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
+            c = nuisances.start(logarithms)
+            candidate = self._near(replace(self.alone, nuisances=nuisances), np.concatenate([x, c]))
+            best = min(best, candidate, key=attrgetter("cost"))
+            if candidate.is_of_channels:
+                yield candidate
+                if candidate.is_clear:
+                    return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
-        if not math.isfinite(minimum.fit.chi2):
-            return
-        terms = out_of_band_modes(self.lines, self._orders).parts
-        for delays in ((), self._channel_nuisances[1].parts):
-            misfit = replace(minimum.misfit, nuisances=Nuisances((*delays, *terms)))
+        """Yield the minimum near one of the model alone with terms of modes outside the band, if the noise is known."""
+        if math.isfinite(minimum.fit.chi2):
+            misfit = replace(minimum.misfit, nuisances=out_of_band_modes(self.lines, self._orders))
             x = np.concatenate([minimum.x, np.zeros(len(misfit.nuisances.prior))])
             yield Minimum(misfit, misfit.minimum(x, differences))
 
@@ -387,11 +368,8 @@ class Estimator:
         return Minimum(misfit, x)
 
     def smoothed_cost(self, x: Array, width: float) -> float:
-        """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
-        try:
-            return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
-        except (InputError, np.linalg.LinAlgError):
-            return math.inf
+        """Return the mean |ln(G/H)|^2 of smoothed responses; raises `InputError` without equilibrium."""
+        return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
 
     def smoothed_distance(self, predicted: Sequence[Predicted], width: float = WIDE) -> float:
         """Return the mean |ln(G/H)|^2 of smoothed responses from what is predicted, infinite where G is zero."""

@@ -52,20 +52,20 @@ class Window:
 
 
 @dataclass(frozen=True)
-class Behind:
+class WindowedLines:
     """Complex frequencies f (m,), Hz, whose responses a window adds up; their places (N, c) by line, weights (c,)."""
 
     f: ComplexArray
     places: IndexArray
     weights: ComplexArray
 
-    def seen(self, G: ComplexArray) -> ComplexArray:
+    def weighted_sum(self, G: ComplexArray) -> ComplexArray:
         """Return responses (..., N) of lines from those of frequencies (..., m)."""
         responses: ComplexArray = G[..., self.places] @ self.weights
         return responses
 
 
-def behind(window: Window | None, f: Array) -> Behind | None:
+def windowed_lines(window: Window | None, f: Array) -> WindowedLines | None:
     """Return what a window adds up at lines f, Hz; None where it changes nothing.
 
     The impulse response g is seen through a factor v(t):
@@ -83,12 +83,12 @@ def behind(window: Window | None, f: Array) -> Behind | None:
         return None
     if window.kind is WindowKind.EXPONENTIAL:
         shifted = np.asarray(f - 1j / (2 * math.pi * window.decay), dtype=complex)
-        return Behind(shifted, np.arange(len(f))[:, None], np.ones(1, dtype=complex))
-    return _behind_hann(window.segment, f.tobytes())
+        return WindowedLines(shifted, np.arange(len(f))[:, None], np.ones(1, dtype=complex))
+    return _lines_under_hann(window.segment, f.tobytes())
 
 
 @lru_cache(maxsize=64)
-def _behind_hann(T: float, lines: bytes) -> Behind:
+def _lines_under_hann(T: float, lines: bytes) -> WindowedLines:
     f, j = np.frombuffer(lines), np.arange(-PER_LINE * SIDE, PER_LINE * SIDE + 1)
     places = (f - f[0]) * PER_LINE * T
     integers = np.round(places)
@@ -98,7 +98,7 @@ def _behind_hann(T: float, lines: bytes) -> Behind:
     else:
         at, neighbours = (f[:, None] + j / (PER_LINE * T)).ravel(), np.arange(len(f) * len(j))
     damped = np.asarray(at - 1j * DAMPED / (2 * math.pi * T), dtype=complex)
-    return Behind(damped, neighbours.reshape(len(f), len(j)), _weights(j))
+    return WindowedLines(damped, neighbours.reshape(len(f), len(j)), _weights(j))
 
 
 def _weights(j: IndexArray) -> ComplexArray:

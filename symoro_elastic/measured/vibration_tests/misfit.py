@@ -33,6 +33,7 @@ MOST_COHERENCE = 1 - 1e-4  # higher coherences are those of the analyzer's digit
 LARGEST_CHI2 = 1.15  # of a right model with many averages
 TAIL = 0.9  # more, over the number of averages, by simulation: chi2 of right models is 1.33, 1.22, 1.09 with 3, 5, 10
 SELDOM = 1e-5  # probability that noise is beyond the limit of spikes
+FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 USUAL_AVERAGES = 10  # where they are not known
 GUESS = 0.01  # noise over |H| and over its median, until residuals determine it
 LARGEST_STEP = 0.7  # in ln p: factor 2
@@ -98,6 +99,12 @@ class Fit:
     alternatives: tuple[WindowAlternative, ...] = ()
 
     @property
+    def is_far(self) -> bool:
+        """Whether residuals are larger than noise explains."""
+        is_far = self.chi2 > self.far if math.isfinite(self.chi2) else self.logarithm > FAR_LOGARITHM
+        return is_far and bool(self.lines)
+
+    @property
     def std(self) -> Array:
         """Standard deviations (p,) of x."""
         return np.sqrt(np.diag(self.covariance))
@@ -147,7 +154,7 @@ class Misfit:
         """Return what line k is predicted to be, and its slopes (p + w + m, N)."""
         line = self.lines[k]
         response = predicted[line.test].responses[line.place]
-        dG = None if response.slopes is None else response.slopes[:, line.counted]
+        dG = response.slopes[:, line.counted]
         return self.nuisances.added_to(k, response.G[line.counted], dG, x[self.first :])
 
     def residuals(self, x: Array, of: Of) -> Residuals:

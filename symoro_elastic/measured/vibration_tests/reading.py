@@ -116,11 +116,8 @@ def _with_responses(
         notes += lost
     names.refuse_unused([entry.name for entry in responses_of_file])
     if not responses:
-        there = (
-            f"there are {list_of_names(entry.name for entry in responses_of_file)}: rename them"
-            if responses_of_file
-            else "there are none"
-        )
+        names_of_file = list_of_names(entry.name for entry in responses_of_file)
+        there = f"there are {names_of_file}: rename them" if responses_of_file else "there are none"
         raise InputError(str(listed.path), "responses", f"no response of the machine, {there}")
     if (listed.averages or 1) == 1 or any(entry.coherence is None for entry in responses):
         notes.append(_without_noise(listed, responses))

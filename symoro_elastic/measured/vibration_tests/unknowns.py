@@ -164,12 +164,9 @@ def _with_damping(machine: Machine, test: VibrationTest, seek: Sequence[str]) ->
     for name in bare:
         mode = int(np.argmax(np.where(omega > 0, shares.by_name[name], -1.0)))
         first[name] = float(f"{2 * FIRST_DAMPING * stiffness[name] / omega[mode]:.4g}")
-    joints = tuple(
-        replace(joint, spring=replace(joint.spring, damping=Formula.parse(first[joint.name])))
-        if joint.name in first
-        else joint
-        for joint in machine.joints
-    )
+    bare_springs = {joint.name: joint.spring for joint in machine.joints if joint.name in first}
+    springs = {k: replace(spring, damping=Formula.parse(first[k])) for k, spring in bare_springs.items()}
+    joints = tuple(replace(joint, spring=springs.get(joint.name, joint.spring)) for joint in machine.joints)
     return replace(machine, joints=joints), [f"{name}.damping = {x:g}" for name, x in first.items()]
 
 
