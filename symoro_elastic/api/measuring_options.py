@@ -79,7 +79,7 @@ class Exciting(Options, kw_only=False):
     harmonics: int = option(5, "N", "Harmonics of the Fourier series.", kinds.WHOLE, least=1, most=50)
     periods: int = option(3, "N", "Periods of the motion, without start and stop.", kinds.WHOLE, least=1, most=1000)
     sample_rate: float = sample_rate_row(1000.0, above=0)
-    evaluations: int = option(1500, "N", "Maximum number of evaluated motions.", kinds.WHOLE, least=1, most=1_000_000)
+    evaluations: int = option(2000, "N", "Maximum number of evaluated motions.", kinds.WHOLE, least=1, most=1_000_000)
     seed: int = seed_row()
     values: Values = values_row()
     known: Sequence[str] | Mapping[str, float | None] = known_row()

@@ -240,8 +240,14 @@ class Condition:
 
     def __call__(self, motion: FourierMotion) -> float:
         """Return the condition number of a motion."""
+        A = self.scaled(motion)
+        return float(np.linalg.cond(A)) if np.isfinite(A).all() else math.inf
+
+    def scaled(self, motion: FourierMotion) -> Array:
+        """Return the regressor along a motion, in units of rows and lengths of columns."""
         W = self._regressor_rows(motion) / self._rows[:, None]
-        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths)) if np.isfinite(W).all() else math.inf
+        scaled: Array = W.reshape(-1, W.shape[2]) / self._lengths
+        return scaled
 
     def _regressor_rows(self, motion: FourierMotion) -> Array:
         states, laws = self.response.states(motion), self.response.laws
@@ -276,7 +282,7 @@ class ExcitationSettings:
     payloads: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     laws: FrictionLaws = field(default_factory=FrictionLaws)
     starts: int = 10
-    evaluations: int = 1500
+    evaluations: int = 2000
     seed: int = 0
 
 
@@ -311,7 +317,7 @@ def excite(
     rng, start = np.random.default_rng(settings.seed), search.coefficients(search.best)
     with contextlib.suppress(_Enough):
         while True:
-            optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
+            optimize.minimize(search.with_slope, start, jac=True, method="L-BFGS-B", options={"maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
     best = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, 0.0)
@@ -431,6 +437,24 @@ class _Search:
         self.history.append(self.lowest)
         self._progress(self.done, self._most, self.lowest)
         return float(np.log(value))
+
+    def with_slope(self, x: Array) -> tuple[float, Array]:
+        """Return the logarithm and its gradient.
+
+        d log cond A = u_1' dA v_1/s_1 - u_n' dA v_n/s_n by the largest and the least singular value: dA by differences.
+        """
+        value, A = self(x), self._condition.scaled(self.motion(x))
+        U, s, V = np.linalg.svd(np.nan_to_num(A), full_matrices=False)
+        if not (np.isfinite(A).all() and s[-1] > 0):
+            return value, np.zeros_like(x)
+        weights = np.outer(U[:, 0], V[0] / s[0]) - np.outer(U[:, -1], V[-1] / s[-1])
+        slope = np.zeros_like(x)
+        for k, step in enumerate(STEP * np.eye(len(x))):
+            if self.done >= self._most:
+                raise _Enough
+            self.done += 1
+            slope[k] = np.vdot(weights, self._condition.scaled(self.motion(x + step)) - A) / STEP
+        return value, slope
 
 
 @dataclass(frozen=True)
