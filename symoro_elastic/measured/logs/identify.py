@@ -47,6 +47,7 @@ from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
     NEVER,
+    ROUNDS,
     Columns,
     Sensors,
     Torques,
@@ -61,7 +62,6 @@ STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 FEWEST_REVERSALS = 2  # of a joint, in the median, in a record that is not short
 SLOW = 0.1  # of the largest velocity: slower samples do not count as reversals
-MOST_LATE = 6  # steps to late columns
 MOST_STAYING = 0.9  # of the samples at an end of a range: the others are within the noise
 SAMPLES = 200  # of the torques by a unit of a parameter
 
@@ -162,7 +162,7 @@ def _in_time(
 
     if late:
         stack = shifted_stack()
-    for _ in range(MOST_LATE):
+    for _ in range(ROUNDS):
         delays = stack.delays()
         if delays is None or (column := delays.clear) is None:
             break
