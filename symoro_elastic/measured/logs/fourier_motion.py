@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.limits import Range
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
@@ -35,8 +36,16 @@ class Limits:
     @classmethod
     def of(cls, low: Sequence[float], high: Sequence[float], velocity: Sequence[float],
            acceleration: Sequence[float]) -> Limits:  # fmt: skip
-        """Return limits from sequences by motor."""
+        """Return limits from sequences by motor; raises `InputError` for limits without room."""
         arrays = [np.atleast_1d(np.array(x, dtype=float)) for x in (low, high, velocity, acceleration)]
+        if len({len(x) for x in arrays}) > 1:
+            raise InputError(
+                "limits", "motors", "give as many low, high, velocity and acceleration limits as there are motors"
+            )
+        for k, (a, b, v, d) in enumerate(zip(*arrays, strict=True)):
+            if not (a < b and v > 0 and d > 0):
+                what = f"no room: low {a:g}, high {b:g}, velocity {v:g}, acceleration {d:g}"
+                raise InputError("limits", f"motor {k + 1}", what)
         return cls(arrays[0], arrays[1], arrays[2], arrays[3])
 
 
