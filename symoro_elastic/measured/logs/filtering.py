@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,7 +150,7 @@ def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth
 
 
 def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
-    q = measured.q if measured.is_even else clock_of(measured.t, measured.period).evenly(measured.q)
+    q = measured.q if measured.is_even else EvenClock(measured.t, measured.period).evenly(measured.q)
     bandwidths = [bandwidth_of(q[:, k], measured.period) for k in range(q.shape[1])]
     return max([sorted(bandwidths)[int(QUARTILE * len(bandwidths))], *(bandwidths[k] for k in motors)])
 
@@ -194,7 +194,7 @@ def smooth(x: Array, chosen: Filter, record: Measurements | None = None) -> Arra
     """Return x (N, ...) through the zero-phase Butterworth filter, at the times of a record or even ones."""
     if record is None or record.is_even:
         return _butterworth(x, chosen)
-    clock = clock_of(record.t, 1 / chosen.sampling)
+    clock = EvenClock(record.t, 1 / chosen.sampling)
     return clock.at_samples(_butterworth(clock.evenly(x), chosen))
 
 
@@ -264,7 +264,7 @@ def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Ar
     """Return filtered q, qd, qdd, without the transients at both ends."""
     if record.is_even:
         return _even_derivatives(record, chosen, chosen.trim)
-    clock = clock_of(record.t, 1 / chosen.sampling)
+    clock = EvenClock(record.t, 1 / chosen.sampling)
     lost = 2  # by differences
     even = _even_derivatives(with_change(record, clock.t, clock.evenly), chosen, lost)
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
@@ -390,16 +390,6 @@ def notes_on_encoders(
             way = "move it faster or farther, or measure it with a finer encoder"
             notes.append(f"{what}, so standard deviations are too small where they rest on this joint: {way}")
     return notes
-
-
-def clock_of(t: Array, period: float) -> EvenClock:
-    """Return the even clock of uneven times (N), s, from a cache of the last few."""
-    return _clock(t.tobytes(), period)
-
-
-@lru_cache(maxsize=4)
-def _clock(t: bytes, period: float) -> EvenClock:
-    return EvenClock(np.frombuffer(t), period)
 
 
 class EvenClock:

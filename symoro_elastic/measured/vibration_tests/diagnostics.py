@@ -237,7 +237,7 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         what = "residuals are smaller than coherence and averages imply, so standard deviations are too wide"
         return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
-        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
+        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_nuisances_in_words(fit)}"
     r = np.abs(fit.residuals)
     if fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2:
         what = "residuals are larger than coherence and averages imply, equally at all frequencies: check both"
@@ -251,7 +251,7 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
 
 
-def _beside(fit: Fit) -> str:
+def _nuisances_in_words(fit: Fit) -> str:
     """Return the nuisance parameters that were fitted, and their possible causes."""
     without = f"(chi2 {fit.chi2_alone:.3g} without them)"
     nuisances = f", with delays of channels {without}" if fit.delays else ""
