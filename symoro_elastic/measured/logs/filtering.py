@@ -42,8 +42,7 @@ FEWEST_STEPS = 6.0  # of an encoder that motion crosses in a period of the Butte
 MOST_BESIDE = 2.0  # variance of an encoder's noise over that of its staircase alone
 CLEAR_OF_MOTION = 4.0  # modulations over the Butterworth cut-off
 CUBIC = 4  # coefficients, the fewest samples at a gap
-CLOSE = 0.3  # steps: closer samples determine no slope
-FARTHEST = 3  # close samples that are skipped
+CLOSE = 0.3  # steps: samples that are closer to the one before determine no slope, and are left out
 
 
 @dataclass(frozen=True)
@@ -396,52 +395,33 @@ class EvenClock:
     """Even times (K), s, over the span of uneven ones (N).
 
     Both ways are linear in what is sampled: cubics between samples, with slopes of parabolas through neighbours, right
-    to the third order of the step and local, so that noise keeps its density in the band of the motion. Neighbours too
-    close to determine a slope are skipped. A cubic by least squares of the neighbours replaces missing samples.
+    to the third order of the step and local, so that noise keeps its density in the band of the motion. Samples too
+    close to determine a slope are left out. A cubic by least squares of the neighbours replaces missing samples.
     """
 
     def __init__(self, t: Array, period: float) -> None:
-        self._at, self._period = t, period
+        self._at = t
         self.t: Array = t[0] + period * np.arange(int((t[-1] - t[0]) / period * (1 + 1e-12)) + 1)
         self._bridges = list(self._bridges_of_gaps(period))
         missing = [times for times, _, _ in self._bridges]
-        self._times = np.concatenate([t, *missing])
-        self._order = np.argsort(self._times, kind="stable")
-        self._times = self._times[self._order]
+        times = np.concatenate([t, *missing])
+        order = np.argsort(times, kind="stable")
+        self._order = order[np.diff(times[order], prepend=-np.inf) >= CLOSE * period]
+        self._times = times[self._order]
 
     def evenly(self, x: Array) -> Array:
         """Return x (N, ...) at the even times."""
         flat = x.reshape(len(x), -1)
         inserted = [weights @ flat[neighbours] for _, neighbours, weights in self._bridges]
         samples = np.concatenate([flat, *inserted])[self._order]
-        curve = for_identification("scipy.interpolate").CubicHermiteSpline(self._times, samples, self._slopes(samples))
-        even: Array = curve(self.t)
+        slopes = np.gradient(samples, self._times, axis=0, edge_order=2)
+        even: Array = for_identification("scipy.interpolate").CubicHermiteSpline(self._times, samples, slopes)(self.t)
         return even.reshape(len(self.t), *x.shape[1:])
 
     def at_samples(self, x: Array) -> Array:
         """Return x (K, ...), which is smooth, at the uneven times."""
         uneven: Array = for_identification("scipy.interpolate").CubicSpline(self.t, x)(self._at)
         return uneven
-
-    def _slopes(self, x: Array) -> Array:
-        """Return slopes (N, k) of parabolas through each sample and its neighbours."""
-        (left, back), (right, on) = self._beside
-        before, after = (x - x[left]) / back, (x[right] - x) / on
-        slopes: Array = (on * before + back * after) / (back + on)
-        return slopes
-
-    @cached_property
-    def _beside(self) -> list[tuple[AnyArray, Array]]:
-        """Neighbours before and after each sample, and how far they are (N, 1); at the ends two on the same side."""
-        t, last, found = self._times, len(self._times) - 1, []
-        for side in (-1, 1):
-            other = np.arange(last + 1) + side
-            for _ in range(FARTHEST):
-                inner = np.clip(other, 0, last)
-                other += side * (np.abs(t[inner] - t) < CLOSE * self._period)
-            other = np.where((other < 0) | (other > last), np.arange(last + 1) - 2 * side, other)
-            found.append((other, side * (t[other] - t)[:, None]))
-        return found
 
     def _bridges_of_gaps(self, period: float) -> Iterator[tuple[Array, slice, Array]]:
         """Yield times of missing samples, the slice of their neighbours, and the weights of these."""

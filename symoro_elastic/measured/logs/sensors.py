@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +30,7 @@ ROUNDS = 6  # steps to a delay
 LARGEST_STEP = 0.1  # of a period of the fastest motion
 
 
-@dataclass(frozen=True)
-class _Offset:
+class _Offset(NamedTuple):
     """An offset, its standard deviation, and its largest correlation with a parameter of the machine."""
 
     value: float
