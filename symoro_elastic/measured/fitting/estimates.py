@@ -12,6 +12,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import enumeration
+from symoro_elastic.foundation.packages import for_vibrations
 
 SIGNIFICANT = 4.0  # standard deviations from zero of an effect that is not chance: 6e-5 of normal noise is beyond
 ALARM = 1e-3  # probability with which chance alone raises an alarm
@@ -124,13 +125,10 @@ def undetermined_directions(unknowns: Sequence[Unknown], x: Array, covariance: A
 
 def directions(null: Array) -> list[Array]:
     """Return a basis of a space (p, k) of directions, each with a parameter that no other direction contains."""
-    remaining, pivots = null.copy(), []
-    for _ in range(null.shape[1]):
-        pivot = int(np.argmax(np.sum(remaining**2, axis=1)))
-        row = remaining[pivot] / np.linalg.norm(remaining[pivot])
-        remaining = remaining - np.outer(remaining @ row, row)
-        pivots.append(pivot)
-    return list((null @ np.linalg.inv(null[pivots])).T) if pivots else []
+    if not null.size:
+        return []
+    pivots = for_vibrations("scipy.linalg").qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]]
+    return list((null @ np.linalg.inv(null[pivots])).T)
 
 
 def _sentence(labels: Sequence[str], direction: Array, sizes: Array) -> str:

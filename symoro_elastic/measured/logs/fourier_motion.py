@@ -157,13 +157,13 @@ def from_rest(
     return None
 
 
-def beside(x: Array) -> Array:
+def with_neighbours(x: Array) -> Array:
     """Return samples (N, ...) of a period with those before and after them, (3, N, ...)."""
     return np.stack([np.roll(x, 1, axis=0), x, np.roll(x, -1, axis=0)])
 
 
 def rise(x: Array) -> Array:
     """Return how far a smooth curve may leave samples (N, ...) of a period near each: twice h^2 |x''| / 8."""
-    before, here, after = beside(x)
-    most: Array = beside(np.abs(before - 2 * here + after)).max(axis=0)
+    before, here, after = with_neighbours(x)
+    most: Array = with_neighbours(np.abs(before - 2 * here + after)).max(axis=0)
     return most / 4

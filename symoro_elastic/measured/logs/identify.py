@@ -47,6 +47,7 @@ from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
     NEVER,
+    ROUNDS,
     Columns,
     Sensors,
     Torques,
@@ -61,7 +62,6 @@ STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 FEWEST_REVERSALS = 2  # of a joint, in the median, in a record that is not short
 SLOW = 0.1  # of the largest velocity: slower samples do not count as reversals
-MOST_LATE = 6  # steps to late columns
 MOST_STAYING = 0.9  # of the samples at an end of a range: the others are within the noise
 SAMPLES = 200  # of the torques by a unit of a parameter
 
@@ -162,7 +162,7 @@ def _in_time(
 
     if late:
         stack = shifted_stack()
-    for _ in range(MOST_LATE):
+    for _ in range(ROUNDS):
         delays = stack.delays()
         if delays is None or (column := delays.clear) is None:
             break
@@ -240,7 +240,7 @@ class _Stack:
 
     def identification(self, late: Sequence[Late], settings: LogSettings) -> Identification:
         """Return the estimates with notes."""
-        self.hide(settings.unseen)
+        self._note_unseen(settings.unseen)
         equations, machine = self._equations, self._equations.machine
         sensors, estimation, tau, bodies = self.estimation_with_sensors(settings, late)
         notes = [*self.notes(), *notes_on_late_columns(late, machine), *estimation.notes]
@@ -295,8 +295,8 @@ class _Stack:
             averages.append(np.concatenate([average(y, x.chosen) if x.chosen else y for y in columns]) * scale)
         return np.concatenate(averages)
 
-    def hide(self, unseen: Sequence[str]) -> None:
-        """Say what it changes that columns are not sought, which torques do not show."""
+    def _note_unseen(self, unseen: Sequence[str]) -> None:
+        """Note how residuals change without the parameters that load-side torques do not contain."""
         if not unseen:
             return
         Y, joined = self._equations.Y, self.columns.with_sensor_columns(range(self.columns.offsets.shape[2]), None)[0]
@@ -335,7 +335,7 @@ class _Stack:
         self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
 
     def _note_friction_laws(self) -> None:
-        """Say what laws of friction change."""
+        """Note how residuals change without laws of friction."""
         with_it, plain = self.columns, self._plain
         count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
         for title, kinds in friction_laws.LAWS.items():
@@ -347,12 +347,12 @@ class _Stack:
                 self._note_residuals(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
 
     def _note_residuals(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
-        """Say by how much residuals of columns and torques change."""
+        """Note by how much residuals of columns and torques change."""
         after, before = _residual_percent(*with_it), _residual_percent(*without_it)
         self._notes.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
 
     def _note_sensor_terms(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
-        """Say what offsets and a delay change."""
+        """Note how residuals change without offsets and a delay."""
         columns = self.columns
         if sensors.offsets:
             without = columns.with_sensor_columns((), slopes if sensors.has_delay else None)[0]

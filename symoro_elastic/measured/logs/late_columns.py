@@ -22,13 +22,12 @@ from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.logs.equations import Equations, Sampled
 from symoro_elastic.measured.logs.filtering import Filter, differentiate, smooth
 from symoro_elastic.measured.logs.noise import usual_correlation
-from symoro_elastic.measured.logs.sensors import Columns, delay_of
+from symoro_elastic.measured.logs.sensors import ROUNDS, Columns, delay_of
 
 CLEAR = 2 * VERY_STRONG  # difference of BIC
 LEAST = 0.6  # samples: smaller delays are not of integer samples
 WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted
 LONGEST = 50  # samples
-ROUNDS = 6  # Gauss-Newton steps to a lag
 EXACT = 1e-12  # of squares of residuals, which rounding leaves
 LIKE = 0.1  # of velocities: largest difference from derivatives of positions that a delay explains
 JOINT, POSITION, VELOCITY, TORQUE = ("q", "qd", "qdd"), ("q",), ("qd", "qdd"), ("tau",)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,12 +26,11 @@ USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
 UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
 LEAST_DELAY = 0.01  # of a sampling period: smaller delays and steps to them do not count
-ROUNDS = 6  # Gauss-Newton steps to a delay
+ROUNDS = 6  # steps to a delay
 LARGEST_STEP = 0.1  # of a period of the fastest motion
 
 
-@dataclass(frozen=True)
-class _Offset:
+class _Offset(NamedTuple):
     """An offset, its standard deviation, and its largest correlation with a parameter of the machine."""
 
     value: float

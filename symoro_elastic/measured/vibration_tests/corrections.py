@@ -226,7 +226,7 @@ class _ModalSearch:
     ) -> None:
         self.listed, self.sought_of, self.is_fixed = ListedTests(machine, tests), sought_of, bool(fit.lines)
         self._wide = Predictions(sought, [self._with_all_outputs(test) for test in tests])
-        self._swinging = cache(lambda x: self._wide.swinging(np.frombuffer(x)))
+        self._oscillations = cache(lambda x: self._wide.oscillations(np.frombuffer(x)))
         self._of = cache(self._corrected)
         self._own = Misfit(self._wide.of(tests), (), math.inf)
         starts = (fit.x,) if self.is_fixed else (self._own.start, fit.x)
@@ -256,7 +256,7 @@ class _ModalSearch:
         """Return how far tests are from the model at x."""
         pairs = zip(misfit.predictions.tests, self.listed.tests, strict=True)
         is_same_machine = all(a.at is b.at and a.hold is b.hold and a.pd is b.pd for a, b in pairs)
-        return misfit.modal_cost(x, self._swinging(x.tobytes()) if is_same_machine else None)
+        return misfit.modal_cost(x, self._oscillations(x.tobytes()) if is_same_machine else None)
 
     def _rough_cost(self, misfit: Misfit, x: Array) -> float:
         """Return the cost of modes that are known roughly."""

@@ -222,18 +222,10 @@ def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
     place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
     count = np.bincount(place, minlength=BANDS)
     means = np.bincount(place, r2, BANDS) / np.maximum(count, 1)
-    bands: list[Band] = []
-    remaining = means.copy()
-    while len(bands) < 2 and remaining.max() > max(LACKING, means.max() / 10):
-        low = high = int(remaining.argmax())
-        while low > 0 and remaining[low - 1] > remaining[high] / 3 and remaining[low - 1] > LACKING:
-            low -= 1
-        peak = float(remaining[low : high + 1].max())
-        while high < BANDS - 1 and remaining[high + 1] > peak / 3 and remaining[high + 1] > LACKING:
-            high += 1
-        bands.append(Band(float(edges[low]), float(edges[high + 1]), float(means[low : high + 1].mean())))
-        remaining[max(low - 1, 0) : high + 2] = 0.0
-    return bands
+    large = np.flatnonzero(means > max(LACKING, means.max() / 10))
+    runs = np.split(large, np.flatnonzero(np.diff(large) > 1) + 1) if len(large) else []
+    largest = sorted(runs, key=lambda run: -float(means[run].max()))[:2]
+    return [Band(float(edges[x[0]]), float(edges[x[-1] + 1]), float(means[x].mean())) for x in largest]
 
 
 def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
@@ -245,7 +237,7 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         what = "residuals are smaller than coherence and averages imply, so standard deviations are too wide"
         return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
-        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
+        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_nuisances_in_words(fit)}"
     r = np.abs(fit.residuals)
     if fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2:
         what = "residuals are larger than coherence and averages imply, equally at all frequencies: check both"
@@ -259,7 +251,7 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
 
 
-def _beside(fit: Fit) -> str:
+def _nuisances_in_words(fit: Fit) -> str:
     """Return the nuisance parameters that were fitted, and their possible causes."""
     without = f"(chi2 {fit.chi2_alone:.3g} without them)"
     nuisances = f", with delays of channels {without}" if fit.delays else ""

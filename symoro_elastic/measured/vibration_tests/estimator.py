@@ -25,7 +25,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.corrections import VERY_STRONG
+from symoro_elastic.measured.fitting.corrections import MOST_REFITTED, VERY_STRONG
 from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
@@ -54,7 +54,6 @@ from symoro_elastic.numerics.motion.signals import outputs
 
 WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare them far from a minimum
 POINTS = 100  # points drawn within the prior
-STARTS = 6  # of these, the nearest to the tests, from which fits start
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
@@ -228,13 +227,13 @@ class Estimator:
         return extended
 
     def _nearest(self, cost: Callable[[Array], float]) -> Array:
-        """Return the points (STARTS, p) within the prior of least cost; it is infinite without equilibrium."""
+        """Return the points (few, p) within the prior of least cost; it is infinite without equilibrium."""
         rng, costs = np.random.default_rng(0), np.full(POINTS, math.inf)
         points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
         for k, x in enumerate(points):
             with contextlib.suppress(InputError, np.linalg.LinAlgError):
                 costs[k] = cost(x)
-        return points[np.argsort(costs)[:STARTS]]
+        return points[np.argsort(costs)[:MOST_REFITTED]]
 
     def _of_modes(self) -> Fit:
         """Return the best minimum of lists of modes alone, near the start or near some points of the prior.

@@ -21,10 +21,10 @@ from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, Meas
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
 from symoro_elastic.measured.vibration_tests.predictions import (
     Lines,
+    Oscillations,
     Predicted,
     PredictedModes,
     Predictions,
-    Swinging,
     pairs_of_modes,
 )
 
@@ -233,12 +233,12 @@ class Misfit:
         """The same, in which pairs of modes count that are in doubt."""
         return replace(self, predictions=self.predictions.with_all_pairs())
 
-    def modal_cost(self, x: Array, swinging: Sequence[Swinging] | None = None) -> float:
+    def modal_cost(self, x: Array, oscillations: Sequence[Oscillations] | None = None) -> float:
         """Return the cost of all measured modes and of the prior at ln p, with or without a sure partner.
 
-        `swinging` is what oscillates in each test there, if that is known.
+        `oscillations` is what oscillates in each test there, if that is known.
         """
-        own, tests = swinging or self.predictions.swinging(x), self.predictions.tests
+        own, tests = oscillations or self.predictions.oscillations(x), self.predictions.tests
         pairs = zip(tests, own, strict=True)
         distances = [modal_distance(test.modes, modes) for test, modes in pairs if test.modes]
         return float(sum(distances) + 0.5 * self.prior[: self.unknowns] @ (x - self.predictions.sought.start) ** 2)
@@ -354,14 +354,14 @@ def _of_normal_noise() -> tuple[float, float]:
     return float(density @ (weight * r**2)) / mean, of_slope**2 / of_psi / mean
 
 
-def modal_distance(measured: MeasuredModes, own: Swinging) -> float:
+def modal_distance(measured: MeasuredModes, own: Oscillations) -> float:
     """Return how far modes are from what oscillates: Cauchy's cost of residuals, 1 - MAC, modes without a partner."""
     pairs = pairs_of_modes(measured, own)
     poles, k = own.poles[pairs.columns], len(measured.f)
     f, zeta, nothing = np.full(k, np.nan), np.full(k, np.nan), np.zeros((0, k))
     f[pairs.rows], zeta[pairs.rows] = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
     r = modal_residuals(measured, PredictedModes(f, zeta, nothing, nothing)).r
-    shapes = SHAPES * float((1 - pairs.likeness).sum())
+    shapes = SHAPES * float((1 - pairs.mac).sum())
     return float(0.5 * CAUCHY**2 * np.log1p((r / CAUCHY) ** 2).sum()) + shapes + UNPAIRED * (k - len(pairs.rows))
 
 

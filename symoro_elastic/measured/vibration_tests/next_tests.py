@@ -17,7 +17,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.misfit import GUESS, Fit
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predictions
 
 FRACTIONS = (-0.8, 0.0, 0.8)  # places of a motor within its limits, from the middle to an end
@@ -25,7 +25,6 @@ MOST_PLACES = 9
 LINES = 100  # of a candidate; its information counts as that of as many lines as tests have
 LEAST_FALL = 0.01
 """Least fraction by which a test lowers the sum of variances; by which it lowers a variance that it determines."""
-FLOOR = 0.01  # of the median of a response: noise where it is small, as in the tests so far
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
     before = np.diag(fit.covariance)[reported]
     present = np.linalg.inv(fit.covariance)
     shares = [line.sd / np.hypot(np.abs(line.H), np.median(np.abs(line.H))) for line in lines]
-    noise = float(np.median(np.concatenate(shares))) if lines else FLOOR
+    noise = float(np.median(np.concatenate(shares))) if lines else GUESS
     candidates = _candidates(predictions, lines)
     of_candidates = Predictions(sought, candidates)
     outcomes: list[tuple[VibrationTest, Array]] = []

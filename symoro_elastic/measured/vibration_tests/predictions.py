@@ -188,10 +188,10 @@ class Predictions:
             predicted.append(prediction)
         return predicted
 
-    def swinging(self, x: Array) -> list[Swinging]:
+    def oscillations(self, x: Array) -> list[Oscillations]:
         """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
         values, motion = self._at_values(x)
-        return [swinging_of(self.linear_at(motion, test, values)) for test in self.tests]
+        return [oscillations_of(self.linear_at(motion, test, values)) for test in self.tests]
 
     def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
         """Return the values of the unknowns, and the machine that has them."""
@@ -314,7 +314,7 @@ def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
 
 
 @dataclass(frozen=True)
-class Swinging:
+class Oscillations:
     """Poles (m) of oscillating motions, rad/s, and their amplitudes (m, outputs) at outputs by name."""
 
     poles: ComplexArray
@@ -329,39 +329,37 @@ class Pairs:
 
     rows: IndexArray
     columns: IndexArray
-    likeness: Array
+    mac: Array
     sure: BoolArray
 
 
-def swinging_of(linear: Linearization) -> Swinging:
+def oscillations_of(linear: Linearization) -> Oscillations:
     """Return what oscillates in a linearization."""
     poles, vectors = damped_poles(linear)
     places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
     poles, vectors = poles[places], vectors[:, places]
     own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
-    return Swinging(poles, own.T, tuple(linear.outputs))
+    return Oscillations(poles, own.T, tuple(linear.outputs))
 
 
-def pairs_of_modes(measured: MeasuredModes, own: Swinging) -> Pairs:
+def pairs_of_modes(measured: MeasuredModes, own: Oscillations) -> Pairs:
     """Return the poles that belong to measured modes, by shape and frequency."""
     apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
-    cost, likeness = apart, np.ones_like(apart)
+    cost, mac = apart, np.ones_like(apart)
     if measured.shapes is not None:
         places = [own.outputs.index(name) for name in measured.outputs]
-        likeness = _mac(measured.shapes, own.amplitudes[:, places])
-        cost = apart - likeness
+        mac = _mac(measured.shapes, own.amplitudes[:, places])
+        cost = apart - mac
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
     alone = len(own.poles) < 2
-    nearest = np.sort(likeness - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
-    sure = (likeness[rows, columns] >= LEAST_MAC) & (
-        (nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None)
-    )
-    return Pairs(rows, columns, likeness[rows, columns], sure)
+    nearest = np.sort(mac - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
+    sure = (mac[rows, columns] >= LEAST_MAC) & ((nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None))
+    return Pairs(rows, columns, mac[rows, columns], sure)
 
 
 def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
     """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
-    own = swinging_of(slopes.linear)
+    own = oscillations_of(slopes.linear)
     pairs = pairs_of_modes(measured, own)
     rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every
     size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
@@ -378,5 +376,5 @@ def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
     """Return |a^H b|^2 / (a^H a b^H b) of shapes (k, outputs) and (m, outputs), (k, m)."""
     cross = np.abs(measured.conj() @ shapes.T) ** 2
     sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
-    likeness: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
-    return likeness
+    mac: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
+    return mac

@@ -186,8 +186,6 @@ def update(
         For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
     """
     fitted = _those_fitted(machine, tests)
-    if not (math.isfinite(settings.factor) and settings.factor > 1):
-        raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
     step("start")
 
     by = partial(sought_of, machine, settings.seek, settings.factor, settings.mass_doubt, other)
