@@ -112,14 +112,14 @@ class Following:
             self._asked.discard(work)
         return results
 
-    async def write_cell(self, version: str, path: list[Any], new: str) -> None:
-        """Write one cell to the file, and show it; raises `Conflict` and `InputError`."""
+    async def edit(self, how: str, version: str, path: list[Any], new: str) -> None:
+        """Make one of `EDITS` of the file, and show it; raises `Conflict` and `InputError`."""
 
         async def fault(text: str) -> str:
             return next((str(data) for data, _ in await self.asked("fault_of_text", self.file.path, text)), "")
 
         async with self._editing:
-            await self.file.write_cell(version, path, new, fault)
+            await self.file.edit(how, version, path, new, fault)
             self.look()
 
     async def undo(self) -> None:
