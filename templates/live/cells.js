@@ -64,8 +64,12 @@ class Cells {
     return element("p", { class: "adding" }, name, key, add);
   }
 
-  async _edit(how, path, text = "") {
-    this.refused.textContent = (await this.post(how, { version: this.version, path, text })) ?? "";
+  _edit(how, path, text = "") {
+    return this._change(how, { version: this.version, path, text });
+  }
+
+  async _change(how, data) {
+    this.refused.textContent = (await this.post(how, data)) ?? "";
   }
 
   _cell(cell, name, size, choices = []) {
@@ -121,7 +125,7 @@ class Cells {
     now.dataset.refused = text;
   }
 
-  async step(name) {
-    this.refused.textContent = (await this.post(name, {})) ?? "";
+  step(name) {
+    return this._change(name, {});
   }
 }

@@ -72,10 +72,10 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
         str(key + 1) if isinstance(key, int) else key if PLAIN.fullmatch(key) else quote(key) for key in path
     )
     literal = _literal(new, source, place).as_string()
-    return edited(text, source, place, literal, lambda top, value: _set(top, path, value))
+    return with_change(text, source, place, literal, lambda top, value: _set(top, path, value))
 
 
-def edited(text: str, source: str, place: str, literal: str, change: Callable[[Any, Any], None]) -> str:
+def with_change(text: str, source: str, place: str, literal: str, change: Callable[[Any, Any], None]) -> str:
     """Return the text of a file after a change of its tables by a value, given as TOML writes it.
 
     Raises `InputError`, with the place, where the change fails or the text then has other entries than wanted.
@@ -135,8 +135,8 @@ def tables_of(text: str, source: str) -> list[dict[str, Any]]:
     """Return the tables of a file whose cells can be edited: heading, columns, and rows of cells as JSON has them.
 
     A cell has the path and the text of a value, or the `parts` of a list or a table, these with a `label`; a missing
-    one that may be added has no text. `heads` are unit, meaning and choices of each column, `keys` those that a row
-    may have, `names` those of new rows, empty for any. Raises `InputError` for a text that is not TOML.
+    one that may be added has no text. `heads` are unit, meaning and choices of each column, `keys` all keys of
+    rows, `names` the names of new rows, empty for any. Raises `InputError` for a text that is not TOML.
     """
     top = load(text, source).entries
     joints = top.get("joints")
@@ -147,9 +147,9 @@ def tables_of(text: str, source: str) -> list[dict[str, Any]]:
     tables = [_table(GRAVITY.name, [GRAVITY], gravity, names=[GRAVITY.name])]
     tables.append(_table("joints", [key for key in JOINTS.keys if key is not NAME], of_joints))
     for heading, section in SECTIONS.items():
-        found = top.get(heading)
-        entries = found if isinstance(found, dict) else {}
-        named = [(name, [heading, name], row) for name, row in entries.items()]
+        entries = top.get(heading)
+        named_rows = entries.items() if isinstance(entries, dict) else ()
+        named = [(name, [heading, name], row) for name, row in named_rows]
         tables.append(_table(heading, section.keys, named, names if section.entries == "joint" else []))
     return tables
 

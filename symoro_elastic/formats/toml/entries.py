@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
-from symoro_elastic.formats.toml.editing import SECTIONS, Path, edited, set_entry, tomlkit
+from symoro_elastic.formats.toml.editing import SECTIONS, Path, set_entry, tomlkit, with_change
 from symoro_elastic.formats.toml.keys import GRAVITY, JOINTS, NAME, OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.tables import load
@@ -22,21 +22,21 @@ def with_entry(text: str, path: Path, new: str, source: str) -> str:
     """
     entries = load(text, source).entries
     if path == [GRAVITY.name]:
-        return edited(text, source, GRAVITY.name, GRAVITY.example, lambda top, value: _put(top, path, value))
+        return with_change(text, source, GRAVITY.name, GRAVITY.example, lambda top, value: _put(top, path, value))
     heading, name, key = path
     if heading == JOINTS.heading:
         if new not in [*Kind]:
             raise InputError(source, "joints, kind", f"no kind {quote(new)}: choose from {', '.join(Kind)}")
         where = "at = [0, 0, 0]" if new == Kind.FIXED else 'sigma = 0, axis = "z"'
         row = f'{{ name = {tomlkit().item(str(name)).as_string()}, kind = "{new}", {where} }}'
-        return edited(text, source, "joints", row, _append)
+        return with_change(text, source, "joints", row, _append)
     examples = {x.name: x.example for x in SECTIONS[str(heading)].keys} if heading in SECTIONS else {}
     if key not in examples:
         raise InputError(source, quote(str(heading)), f"has no key {quote(str(key))}")
     is_new = name not in entries.get(str(heading), {})
     value = f"{{ {key} = {examples[str(key)]} }}" if is_new else examples[str(key)]
     place = path[:2] if is_new else path
-    return edited(text, source, f"{heading}, {name}", value, lambda top, value: _put(top, place, value))
+    return with_change(text, source, f"{heading}, {name}", value, lambda top, value: _put(top, place, value))
 
 
 def _put(top: Any, path: Path, value: Any) -> None:
@@ -65,7 +65,7 @@ def without_entry(text: str, path: Path, new: str, source: str) -> str:
     numbers = [row.get("antecedent") for row in rows if isinstance(row, dict)]
     if path[0] == JOINTS.heading and any(isinstance(x, int) and x > 0 for x in numbers):
         raise InputError(source, "joints", "antecedents are row numbers, which would change: write names first")
-    return edited(text, source, ", ".join(map(str, path)), "0", lambda top, _: _drop(top, path))
+    return with_change(text, source, ", ".join(map(str, path)), "0", lambda top, _: _drop(top, path))
 
 
 def _drop(top: Any, path: Path) -> None:

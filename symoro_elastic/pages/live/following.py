@@ -122,16 +122,10 @@ class Following:
             await self.file.edit(how, version, path, new, fault)
             self.look()
 
-    async def undo(self) -> None:
-        """Undo the last cell, and show it; raises `Conflict` and `InputError`."""
+    async def step(self, how: str) -> None:
+        """Undo or redo the last change, and show the file; raises `Conflict` and `InputError`."""
         async with self._editing:
-            self.file.undo()
-            self.look()
-
-    async def redo(self) -> None:
-        """Write the cell again that was undone last, and show it; raises `Conflict` and `InputError`."""
-        async with self._editing:
-            self.file.redo()
+            (self.file.undo if how == "undo" else self.file.redo)()
             self.look()
 
     async def follow(self) -> None:

@@ -34,7 +34,7 @@ HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'self'",
 }
 SHORTEST, LONGEST = {"cell": 2, "add": 1, "remove": 2}, 6
-"""Keys of a path of each edit: a key at the top is only added; one less than so many."""
+"""Least length of the path of an edit, as keys at the top are only added, and the length that is too long."""
 REFUSED = {403: "not from here", 404: "page not found"}
 HOST = "127.0.0.1"
 COLLECTED_AFTER = 700, 10, 10
@@ -246,27 +246,17 @@ class Edit(Change):
         await self.following.edit(how, version, path, text)
 
 
-class Undo(Change):
-    """Undo of the last change."""
+class Step(Change):
+    """Undo of the last change, or redo of the last undone one, by the last part of the address."""
 
     async def change(self, body: Mapping[str, Any]) -> None:
-        """Undo it."""
+        """Make it."""
         if body:
             raise TypeError(body)
-        await self.following.undo()
+        await self.following.step(self.request.path.rpartition("/")[2])
 
 
-class Redo(Change):
-    """Redo of the last undone change."""
-
-    async def change(self, body: Mapping[str, Any]) -> None:
-        """Write it again."""
-        if body:
-            raise TypeError(body)
-        await self.following.redo()
-
-
-CHANGES = {**dict.fromkeys(EDITS, Edit), "undo": Undo, "redo": Redo}
+CHANGES = {**dict.fromkeys(EDITS, Edit), "undo": Step, "redo": Step}
 PLACES = {"": Page, "picture": Picture, "equations": Equations, "events": Events, **CHANGES}
 
 
