@@ -29,6 +29,7 @@ function seen(window) {
   const buttons = [...window.document.querySelectorAll(".modes button")];
   return {
     chosen: eye.chosen,
+    side: eye.side,
     camera: JSON.stringify([eye.camera.position, eye.camera.zoom, eye.controls.target, eye.across, eye.upward, eye.radius]),
     q: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.q[k]])),
     start: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.data.q[k]])),
@@ -41,7 +42,7 @@ function seen(window) {
 function resume(made, old) {
   const window = made.contentWindow, { player } = window, was = old.contentWindow && seen(old.contentWindow);
   if (!was || !player?.stage) return;
-  if (was.chosen) {
+  if (was.chosen || was.side !== "Home") {
     const { eye } = player.stage, [position, zoom, target, across, upward, radius] = JSON.parse(was.camera);
     eye.camera.position.copy(position);
     eye.controls.target.copy(target);
@@ -49,7 +50,7 @@ function resume(made, old) {
     Object.assign(eye, { across, upward, radius });
     eye.shape(eye.width, eye.height);
     eye.controls.update();
-    eye.chosen = true;
+    Object.assign(eye, { side: was.side, chosen: was.chosen });
   }
   const moved = (name) => was.q[name] !== undefined && was.q[name] !== was.start[name];
   if (was.mode < 0) player.place(player.q.map((x, k) => (moved(player.data.joints[k].name) ? was.q[player.data.joints[k].name] : x)));

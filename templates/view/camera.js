@@ -21,7 +21,7 @@ class Eye {
 
   // Look from a side that has a name; `Home` is the view of the picture.
   look(name) {
-    this.chosen = false;
+    Object.assign(this, { side: name, chosen: false });
     const seen = this.home.clone();
     const front = seen.clone().addScaledVector(this.up, -seen.dot(this.up)).normalize().applyAxisAngle(this.up, -AZIMUTH);
     const right = this.up.clone().cross(front), way = SIDES_SEEN[name];

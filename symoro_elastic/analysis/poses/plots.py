@@ -121,15 +121,19 @@ def _(evaluation: Evaluation) -> dict[str, Plot | str]:
     plots: dict[str, Plot | str] = {}
     for model, results in evaluation.models.items():
         for result in results:
-            matrices = {row: np.asarray(x, dtype=float) for row, x in result.entries.items() if np.ndim(x) == 2}
-            for row, matrix in matrices.items():
-                rows = COMPONENTS if len(matrix) == len(COMPONENTS) else [*map(str, range(1, len(matrix) + 1))]
-                title = f"{evaluation.machine}: {model}, {result.name} of {row}"
-                plots[f"{model}_{result.name}_{row}"] = _numbers(title, result, rows, matrix)
-            if not matrices:
-                values = np.array([np.ravel(np.asarray(x, dtype=float)) for x in result.entries.values()])
-                title = f"{evaluation.machine}: {model}, {result.name}"
-                plots[f"{model}_{result.name}"] = _numbers(title, result, [*result.entries], values)
+            entries = {row: np.asarray(x, dtype=float) for row, x in result.entries.items()}
+            matrices = {f"_{row}": x for row, x in entries.items() if x.ndim == 2}
+            numbers = {} if matrices else {"": np.array([x.ravel() for x in entries.values()])}
+            for suffix, values in {**matrices, **numbers}.items():
+                rows = (
+                    [*entries]
+                    if numbers
+                    else COMPONENTS
+                    if len(values) == len(COMPONENTS)
+                    else range(1, len(values) + 1)
+                )
+                name = f"{model}_{result.name}{suffix}"
+                plots[name] = _numbers(f"{evaluation.machine}: {name}", result, [*map(str, rows)], values)
     return plots
 
 
@@ -140,9 +144,8 @@ def _numbers(title: str, result: EvaluatedResult, rows: Any, values: Array) -> P
     def draw(axes: Any) -> None:
         if values.shape[1] == 1:
             bars(axes, {result.name: values[:, 0].tolist()}, rows)
-            axes.set_xlabel(result.meaning)
-            return
-        map_of_numbers(axes, values / largest, rows, names, "{:.2f}", f"entry, of {largest:.4g}")
+        else:
+            map_of_numbers(axes, values / largest, rows, names, "{:.2f}", f"entry, of {largest:.4g}")
         axes.set_xlabel(result.meaning)
 
     return Plot(title, draw, size=(max(5.5, 3.2 + 0.55 * len(names)), 1.9 + ROW * len(rows)))

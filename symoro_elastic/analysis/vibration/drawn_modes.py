@@ -24,6 +24,8 @@ MOST_TURN = 0.35
 MOST_ARROWS = 3
 LEAST_ARROW = 0.5
 """Of the largest displacement: smaller ones have no arrow."""
+EQUAL = 3
+"""Decimals of displacements over the largest: of equal ones the first has the arrow, joints before their bodies."""
 MOST_PICTURES, COLUMNS = 6, 3
 ARM = 0.08
 """Of the diagonal around all origins: the lines along the axes of a frame, which show that it turns."""
@@ -65,8 +67,9 @@ def drawn_modes(modal: Modes, some: Sequence[int], drawn: DrawnPoints) -> Iterat
 def _farthest(points: Array, far: Array, apart: float) -> list[int]:
     """Indices of points (P, 3) at least `apart`, m, that move most; `far` (P,) are their displacements."""
     chosen: list[int] = []
-    for i in np.argsort(-np.round(far, 12), kind="stable").tolist():
-        if len(chosen) == MOST_ARROWS or far[i] <= LEAST_ARROW * far.max():
+    largest = far.max(initial=0.0) or np.inf
+    for i in np.argsort(-np.round(far / largest, EQUAL), kind="stable").tolist():
+        if len(chosen) == MOST_ARROWS or not far[i] > LEAST_ARROW * largest:
             break
         if all(np.linalg.norm(points[i] - points[j]) > apart for j in chosen):
             chosen.append(i)

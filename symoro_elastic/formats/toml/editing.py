@@ -9,15 +9,27 @@ from __future__ import annotations
 import copy
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
-from symoro_elastic.formats.toml.keys import FRAMES, JOINTS, LOOPS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
+from symoro_elastic.formats.toml.key import Key, Section, schema_of
+from symoro_elastic.formats.toml.keys import (
+    FRAMES,
+    GRAVITY,
+    JOINTS,
+    LOOPS,
+    NAME,
+    OF_JOINTS,
+    PARAMETERS,
+    VALUE,
+    WITH_UNIT,
+    section_of,
+)  # fmt: skip
 from symoro_elastic.formats.toml.limits import LIMITS
-from symoro_elastic.formats.toml.tables import QUANTITY, Number, load
+from symoro_elastic.formats.toml.tables import Number, load
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.names import quote
@@ -32,6 +44,15 @@ TRUTHS = ("true", "false")
 NUMBER = re.compile(r"[-+]?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][-+]?\d+)?")
 OF_A_JOINT = re.compile(r"joint (\d+)\b")
 OF_A_LINE = re.compile(r"line (\d+)\b")
+SECTIONS: Mapping[str, Section] = {
+    PARAMETERS.name: WITH_UNIT,
+    "limits": LIMITS,
+    **{heading: section_of(heading) for heading in OF_JOINTS},
+    "loops": LOOPS,
+    "frames": FRAMES,
+    OF_MOTORS: DRIVES,
+}
+"""The tables of named rows."""
 PLAIN = re.compile(r"[\w.-]{1,60}")
 HERE = "symoro_elastic is here"
 
@@ -50,16 +71,23 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
     place = ", ".join(
         str(key + 1) if isinstance(key, int) else key if PLAIN.fullmatch(key) else quote(key) for key in path
     )
-    literal = _literal(new, source, place)
+    literal = _literal(new, source, place).as_string()
+    return with_change(text, source, place, literal, lambda top, value: _set(top, path, value))
+
+
+def with_change(text: str, source: str, place: str, literal: str, change: Callable[[Any, Any], None]) -> str:
+    """Return the text of a file after a change of its tables by a value, given as TOML writes it.
+
+    Raises `InputError`, with the place, where the change fails or the text then has other entries than wanted.
+    """
     wanted = load(text, source).entries
     try:
         document = tomlkit().parse(text)
-        as_read = tomllib.loads(f"x = {literal.as_string()}", parse_float=Number)["x"]
-        for target, value in ((wanted, as_read), (document, literal)):
-            _set(target, path, value)
-        edited = str(document.as_string())
-        if load(edited, source).entries == wanted:
-            return edited
+        change(wanted, tomllib.loads(f"x = {literal}", parse_float=Number)["x"])
+        change(document, tomlkit().value(literal))
+        result = str(document.as_string())
+        if load(result, source).entries == wanted:
+            return result
     except (tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
         pass
     raise InputError(source, place, "cannot be written alone here: change it in an editor")
@@ -107,36 +135,48 @@ def tables_of(text: str, source: str) -> list[dict[str, Any]]:
     """Return the tables of a file whose cells can be edited: heading, columns, and rows of cells as JSON has them.
 
     A cell has the path and the text of a value, or the `parts` of a list or a table, these with a `label`; a missing
-    one that may be added has no text. Raises `InputError` for a text that is not TOML.
+    one that may be added has no text. `heads` are unit, meaning and choices of each column, `keys` all keys of
+    rows, `names` the names of new rows, empty for any. Raises `InputError` for a text that is not TOML.
     """
     top = load(text, source).entries
     joints = top.get("joints")
     rows = [row for row in joints if isinstance(row, dict)] if isinstance(joints, list) else []
     of_joints = [(str(row.get(NAME.name, k + 1)), ["joints", k], row) for k, row in enumerate(rows)]
-    tables = [_table("joints", [key for key in JOINTS.names if key != NAME.name], of_joints)]
-    for heading, keys in _sections().items():
+    gravity: list[tuple[str, list[Any], Any]] = [(GRAVITY.name, [], top)] if GRAVITY.name in top else []
+    names = [name for name, _, _ in of_joints]
+    tables = [_table(GRAVITY.name, [GRAVITY], gravity, names=[GRAVITY.name])]
+    tables.append(_table("joints", [key for key in JOINTS.keys if key is not NAME], of_joints))
+    for heading, section in SECTIONS.items():
         entries = top.get(heading)
-        if isinstance(entries, dict) and entries:
-            tables.append(_table(heading, keys, [(name, [heading, name], row) for name, row in entries.items()]))
-    return [table for table in tables if table["rows"]]
+        named_rows = entries.items() if isinstance(entries, dict) else ()
+        named = [(name, [heading, name], row) for name, row in named_rows]
+        tables.append(_table(heading, section.keys, named, names if section.entries == "joint" else []))
+    return tables
 
 
-def _sections() -> dict[str, Sequence[str]]:
-    """The tables of named rows, and the keys of their rows."""
-    of_joints = {heading: section_of(heading).names for heading in OF_JOINTS}
-    more = {"loops": LOOPS.names, "frames": FRAMES.names, "limits": LIMITS.names, OF_MOTORS: DRIVES.names}
-    return {PARAMETERS.name: QUANTITY, **of_joints, **more}
-
-
-def _table(heading: str, keys: Sequence[str], rows: Sequence[tuple[str, list[Any], Any]]) -> dict[str, Any]:
+def _table(
+    heading: str, keys: Sequence[Key], rows: Sequence[tuple[str, list[Any], Any]], names: Sequence[str] = ()
+) -> dict[str, Any]:
     """A table of rows with their names and paths; columns are the keys that any row has."""
+    by_name = {key.name: key for key in keys}
     tables = [row for _, _, row in rows if isinstance(row, dict)]
-    columns = [key for key in keys if any(key in row for row in tables)]
+    columns = [key for key in by_name if any(key in row for row in tables)]
     if len(tables) < len(rows) and VALUE.name not in columns:
         columns = [VALUE.name, *columns]
     lists = {key for key in columns if any(isinstance(row.get(key), list | dict) for row in tables)}
-    cells = [{"name": name, "cells": [_cell(path, row, key, lists) for key in columns]} for name, path, row in rows]
-    return {"heading": heading, "columns": columns, "rows": cells}
+    cells = [
+        {"name": name, "path": path, "cells": [_cell(path, row, key, lists) for key in columns]}
+        for name, path, row in rows
+    ]
+    heads = [_head(by_name[key]) for key in columns]
+    more = {"heads": heads, "keys": [*by_name], "names": list(names)}
+    return {"heading": heading, "columns": columns, "rows": cells, **more}
+
+
+def _head(key: Key) -> dict[str, Any]:
+    """The unit, the meaning with the default, and the choices of a key, empty for a free value."""
+    meaning = str(schema_of(key)["description"])
+    return {"unit": key.unit, "meaning": meaning, "choices": list(key.type.schema.get("enum", ()))}
 
 
 def _cell(path: list[Any], row: Any, key: str, lists: Collection[str]) -> dict[str, Any]:

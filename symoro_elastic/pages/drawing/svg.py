@@ -31,8 +31,8 @@ COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
 """What it costs, in px, to cover something drawn, to cross another line, to have a label on a line."""
 SHARES = np.array([[0.15], [0.3], [0.45], [0.6], [0.75], [0.9]])
 """Points of a label's line that should be outside of other labels."""
-PLENTY, COMPARED = 11, 24
-"""Rings of places that are compared, further ones only where these have no room; places that are compared at once."""
+PLENTY = 11
+"""Rings of places that are compared, further ones only where these have no room."""
 
 WIDTH, HEIGHT_MOST, MARGIN = 640.0, 460.0, 14.0
 """Of the machine itself, px; labels may extend beyond it."""
@@ -254,23 +254,14 @@ def _best(text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Ar
 def _within(
     text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Array, rings: Sequence[int]
 ) -> Label | None:
-    """The first place of least cost in these rings; None if all are occupied.
-
-    Places are compared by what they cost at least, by their distance and what they cover, until no other can be best.
-    """
+    """The first place of least cost in these rings; None if all are occupied."""
     x, y, distance = _places(text, anchor, rings)
     boxes = np.stack([x, y - HEIGHT / 2, x + width(text), y + HEIGHT / 2], axis=1)
     free = np.flatnonzero(_free(boxes, anchors, labels))
-    least = distance[free] + COVERED * np.minimum(_near(boxes[free], obstacles, 0.0, 0.0).sum(axis=1), 6.0)
-    cost = np.full(len(free), np.inf)
-    order = np.argsort(least, kind="stable")
-    for first in range(0, len(free), COMPARED):
-        some = order[first : first + COMPARED]
-        if least[some[0]] >= cost.min():
-            break
-        cost[some] = least[some] + _crossings(anchor, boxes[free[some]], labels)
     if not len(free):
         return None
+    cost = distance[free] + COVERED * np.minimum(_near(boxes[free], obstacles, 0.0, 0.0).sum(axis=1), 6.0)
+    cost += _crossings(anchor, boxes[free], labels)
     k = int(free[np.flatnonzero(cost <= cost.min() + 1e-6)[0]])
     return Label(text, float(x[k]), float(y[k]), float(anchor[0]), float(anchor[1]))
 

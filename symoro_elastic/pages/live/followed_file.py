@@ -14,12 +14,15 @@ from typing import Any
 
 from symoro_elastic.formats.files import MAX_BYTES, text_of
 from symoro_elastic.formats.toml.editing import MOST_CHARACTERS, with_cell
+from symoro_elastic.formats.toml.entries import with_entry, without_entry
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.output_files import permission, write_file
 from symoro_elastic.machine.format_names import TOML
 
 MOST_UNDONE = 100
+EDITS = {"cell": with_cell, "add": with_entry, "remove": without_entry}
+"""Changes of a text at a path, by name."""
 Fault = Callable[[str], Awaitable[str]]
 """Returns what is wrong with a text as a machine; nothing where it is one."""
 
@@ -61,8 +64,8 @@ class FollowedFile:
         """Number of undone changes that can be made again."""
         return len(self._undone)
 
-    async def write_cell(self, version: str, path: list[Any], new: str, fault: Fault) -> None:
-        """Write one cell where the file is still the version that was seen, and is a machine with it.
+    async def edit(self, how: str, version: str, path: list[Any], new: str, fault: Fault) -> None:
+        """Make one of `EDITS` where the file is still the version that was seen, and is a machine with it.
 
         Raises `Conflict`, and `InputError` where nothing is written as it would be no machine.
         """
@@ -70,7 +73,7 @@ class FollowedFile:
         if not self.path.lower().endswith(TOML.suffixes) or len(before) > MOST_CHARACTERS:
             raise InputError(self.path, "file", "is not edited here: change it in an editor")
         mark = codecs.BOM_UTF8 if before.startswith(codecs.BOM_UTF8) else b""
-        edited = with_cell(text_of(before, self.path), path, new, self.path)
+        edited = EDITS[how](text_of(before, self.path), path, new, self.path)
         if message := await fault(edited):
             raise InputError(self.path, "not written", message)
         after = mark + edited.encode("utf-8")

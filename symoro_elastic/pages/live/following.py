@@ -112,26 +112,20 @@ class Following:
             self._asked.discard(work)
         return results
 
-    async def write_cell(self, version: str, path: list[Any], new: str) -> None:
-        """Write one cell to the file, and show it; raises `Conflict` and `InputError`."""
+    async def edit(self, how: str, version: str, path: list[Any], new: str) -> None:
+        """Make one of `EDITS` of the file, and show it; raises `Conflict` and `InputError`."""
 
         async def fault(text: str) -> str:
             return next((str(data) for data, _ in await self.asked("fault_of_text", self.file.path, text)), "")
 
         async with self._editing:
-            await self.file.write_cell(version, path, new, fault)
+            await self.file.edit(how, version, path, new, fault)
             self.look()
 
-    async def undo(self) -> None:
-        """Undo the last cell, and show it; raises `Conflict` and `InputError`."""
+    async def step(self, how: str) -> None:
+        """Undo or redo the last change, and show the file; raises `Conflict` and `InputError`."""
         async with self._editing:
-            self.file.undo()
-            self.look()
-
-    async def redo(self) -> None:
-        """Write the cell again that was undone last, and show it; raises `Conflict` and `InputError`."""
-        async with self._editing:
-            self.file.redo()
+            (self.file.undo if how == "undo" else self.file.redo)()
             self.look()
 
     async def follow(self) -> None:

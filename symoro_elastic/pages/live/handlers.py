@@ -20,7 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.pages.drawing.page import content_policy
-from symoro_elastic.pages.live.followed_file import Conflict, FollowedFile
+from symoro_elastic.pages.live.followed_file import EDITS, Conflict, FollowedFile
 from symoro_elastic.pages.live.following import Following
 
 SCRIPTS = ("view/panel.js", "live/picture.js", "live/cells.js", "live/live.js")
@@ -33,6 +33,8 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'self'",
 }
+SHORTEST, LONGEST = {"cell": 2, "add": 1, "remove": 2}, 6
+"""Least length of the path of an edit, as keys at the top are only added, and the length that is too long."""
 REFUSED = {403: "not from here", 404: "page not found"}
 HOST = "127.0.0.1"
 COLLECTED_AFTER = 700, 10, 10
@@ -226,42 +228,35 @@ class Change(Handler):
         raise NotImplementedError
 
 
-class Cell(Change):
-    """One cell of the file."""
+class Edit(Change):
+    """One of `EDITS`, by the last part of the address."""
 
     async def change(self, body: Mapping[str, Any]) -> None:
-        """Write the cell."""
+        """Make it."""
         if not isinstance(body, dict) or body.keys() != {"version", "path", "text"}:
             raise TypeError(body)
+        how = self.request.path.rpartition("/")[2]
         version, path, text = body["version"], body["path"], body["text"]
-        if not (isinstance(version, str) and isinstance(text, str) and isinstance(path, list) and 1 < len(path) < 6):
+        if not (isinstance(version, str) and isinstance(text, str) and isinstance(path, list)):
             raise TypeError(body)
-        if any(isinstance(key, bool) or not isinstance(key, str | int) for key in path):
+        if not SHORTEST[how] <= len(path) < LONGEST or any(
+            isinstance(key, bool) or not isinstance(key, str | int) for key in path
+        ):
             raise TypeError(path)
-        await self.following.write_cell(version, path, text)
+        await self.following.edit(how, version, path, text)
 
 
-class Undo(Change):
-    """Undo of the last written cell."""
-
-    async def change(self, body: Mapping[str, Any]) -> None:
-        """Undo it."""
-        if body:
-            raise TypeError(body)
-        await self.following.undo()
-
-
-class Redo(Change):
-    """Redo of the last undone cell."""
+class Step(Change):
+    """Undo of the last change, or redo of the last undone one, by the last part of the address."""
 
     async def change(self, body: Mapping[str, Any]) -> None:
-        """Write it again."""
+        """Make it."""
         if body:
             raise TypeError(body)
-        await self.following.redo()
+        await self.following.step(self.request.path.rpartition("/")[2])
 
 
-CHANGES = {"cell": Cell, "undo": Undo, "redo": Redo}
+CHANGES = {**dict.fromkeys(EDITS, Edit), "undo": Step, "redo": Step}
 PLACES = {"": Page, "picture": Picture, "equations": Equations, "events": Events, **CHANGES}
 
 

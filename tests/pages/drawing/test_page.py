@@ -146,7 +146,10 @@ def test_modes_are_large_enough_to_be_seen_and_arrows_are_where_they_move_most(n
             far = np.linalg.norm(mode.displacements, axis=1)
             turn = max(float(np.linalg.norm(x)) / np.sqrt(2) for x in slopes[own, :3, :3])
             assert max(far.max() / (0.08 * corners.extent), turn / 0.35) == pytest.approx(1, rel=1e-4)
-            assert far[mode.arrows].max() == pytest.approx(far.max()) and far[mode.arrows].min() > 0.5 * far.max()
+            assert (
+                far[mode.arrows].max() == pytest.approx(far.max(), rel=1e-3)
+                and far[mode.arrows].min() > 0.5 * far.max()
+            )
             lengths = [np.linalg.norm(line[1] - line[0]) for line in arrows_of(mode, corners) if len(line) == 2]
             np.testing.assert_allclose(lengths, far[mode.arrows])
 

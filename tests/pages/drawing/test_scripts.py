@@ -154,7 +154,6 @@ const eye = new Eye(told.data, canvas, corners, () => {});
 SCENES = ("vendor/three.min.js", "space.js", "frames.js", "figure.js", "camera.js")
 
 
-@pytest.mark.thorough
 @needs_node
 @pytest.mark.parametrize("size", [(1000, 900), (390, 420)])
 @pytest.mark.parametrize("name", ["two_axis", "gantry"])

@@ -300,8 +300,33 @@ def test_the_keyboard_reaches_everything(browser: Any, machine: Path) -> None:
             reached.append(page.evaluate("document.activeElement.getAttribute('aria-label')"))
             assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
             page.keyboard.press("Tab")
-        assert reached[:2] == ["joints, shoulder, antecedent", "joints, shoulder, kind"] and len({*reached}) == 8
-        first = page.locator('input[aria-label="joints, shoulder, kind"]')
+        expected = ["gravity, gravity, gravity 1", "gravity, gravity, gravity 2", "gravity, gravity, gravity 3"]
+        assert reached[:4] == [*expected, "joints, shoulder, antecedent"] and len({*reached}) == 8
+        first = page.locator('input[aria-label="joints, shoulder, antecedent"]')
         first.fill("nonsense")
         first.press("Escape")
-        assert first.input_value() == "motor"
+        assert first.input_value() == "0"
+
+
+def test_rows_are_added_and_removed_and_kinds_chosen(browser: Any, machine: Path) -> None:
+    """By hand: friction comes, limits go, a motor becomes passive, friction goes; undo brings back all."""
+    before = machine.read_text()
+    with serving(machine) as served:
+        tab = Tab(browser, served.address)
+        page = tab.page
+        assert page.locator("th[title]", has_text="mass, kg").get_attribute("title")
+        page.get_by_label("row of friction").select_option("elbow")
+        for act in (
+            lambda: page.get_by_label("Add to friction").click(),
+            lambda: page.get_by_label("Remove elbow of limits").click(),
+            lambda: page.get_by_label("joints, elbow, kind").select_option("passive"),
+            lambda: page.get_by_label("Remove elbow of friction").click(),
+        ):
+            shown = tab.shown()
+            act()
+            tab.wait_for_another(shown)
+        assert "friction" not in machine.read_text() and 'kind = "passive"' in machine.read_text()
+        for k in (4, 3, 2, 1):
+            page.click(f"text=Undo ({k})")
+        page.wait_for_selector("button:disabled:has-text('Undo')")
+        assert machine.read_text() == before and tab.wrong == []

@@ -158,7 +158,13 @@ def test_a_client_is_told_all_parts(shared: tuple[Served, Path]) -> None:
     with served.watching() as news:
         parts = news.until(lambda parts: "cost" in parts)
     assert parts["file"]["name"] == "planar_2r.toml" and parts["checked"]["error"] is None
-    assert [table["heading"] for table in parts["cells"]["tables"]] == ["joints", "parameters", "bodies", "limits"]
+    assert [table["heading"] for table in parts["cells"]["tables"]][:5] == [
+        "gravity",
+        "joints",
+        "parameters",
+        "limits",
+        "bodies",
+    ]
     assert [row[0] for row in parts["cost"]["rows"]][:2] == ["inverse_dynamics", "direct_dynamics"]
     assert parts["base"]["rows"] and "inertia_matrix" in parts["models"]["titles"]
     assert "<canvas" in served.ask("picture").text
@@ -229,6 +235,30 @@ def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served,
         assert served.ask("redo", {}).status == 200 and path.read_bytes() == after
         assert served.ask("redo", {}).status == 422 and served.ask("undo", {}).status == 200
         assert edit(served, seen, "98").status == 200 and served.ask("redo", {}).status == 422, "a change ends what was"
+
+
+def test_rows_are_added_removed_and_undone(own: tuple[Served, Path]) -> None:
+    served, path = own
+    before = path.read_bytes()
+
+    def post(how: str, path: list[Any], text: str = "") -> Any:
+        return served.ask(how, {"version": version(served), "path": path, "text": text})
+
+    for how, place, text, row in (
+        ("add", ["joints", "wrist", "kind"], "passive", b'name = "wrist"'),
+        ("add", ["friction", "elbow", "viscous"], "", b"[friction]\nelbow = { viscous = "),
+        ("remove", ["joints", 3], "", b""),
+    ):
+        answer = post(how, place, text)
+        assert answer.status == 200 and row in path.read_bytes(), answer
+    assert b"wrist" not in path.read_bytes()
+    for body in (["joints", "x", "kind"], ["springs", "elbow", "colour"], ["nothing", "elbow", "mass"]):
+        assert post("add", body, "wheel").status == 422
+    assert post("remove", ["joints", 1]).status == 422, "the tool is on the elbow"
+    assert post("remove", ["bodies"]).status == 400 and post("add", ["a", "b"]).status == 400
+    for _ in range(3):
+        assert served.ask("undo", {}).status == 200
+    assert path.read_bytes() == before
 
 
 @pytest.mark.thorough
