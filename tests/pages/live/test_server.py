@@ -469,7 +469,7 @@ def written_until(call: int, path: Path) -> bool:
 
     file = FollowedFile(str(path))
     with suppress(StopIteration):
-        file.write_cell(version_of(file.content()), ["parameters", "m1", "value"], "97.5", no_fault).send(None)
+        file.edit("cell", version_of(file.content()), ["parameters", "m1", "value"], "97.5", no_fault).send(None)
     sys.setprofile(None)
     os._exit(0)
 
