@@ -28,7 +28,8 @@ def test_figures_differ_from_pages_that_were_edited() -> None:
 
 def test_every_run_names_its_conditions() -> None:
     for name, run in figures.stored().items():
-        assert name in figures.RUNS and run["instructions"] in ("AVX2", "AVX-512")
+        assert name in figures.RUNS
+        assert run["instructions"] in ("AVX2", "AVX-512") or "not recorded" in run["instructions"]
         assert run["command"] == figures.RUNS[name].command and run["processor"] and run["compilers"] and run["figures"]
         assert run["compilers of Pinocchio"].count(",") == 1 or name in ("python_calls", "record", "problems"), (
             "both builds"

@@ -220,7 +220,7 @@ def conditions_table(_: Named) -> str:
     rows = ["| command | processor, load | compilers: ours; Pinocchio's |\n|---|---|---|"]
     for run in stored().values():
         compilers = "; ".join(filter(None, (run["compilers"], run["compilers of Pinocchio"])))
-        processor = f"{run['processor']}, {run['instructions']}, {run['load']}"
+        processor = ", ".join(filter(None, (run["processor"], run["instructions"], run["load"], run.get("note"))))
         rows.append(f"| `{run['command']}` | {processor} | {compilers} |")
     return "\n".join(rows) + "\n"
 
