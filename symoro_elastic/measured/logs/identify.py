@@ -204,7 +204,7 @@ class _Stack:
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.staircases for x in self.sampled)
         torques, draws = _torques(equations, self.sampled, fixed_torques), _draws(equations, self.sampled)
-        noise = RowNoise(_noises(rows), correlation, draws if repeating else None)
+        noise = RowNoise(_noises(rows), correlation, repeating, draws if repeating else None)
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
             raise InputError(
