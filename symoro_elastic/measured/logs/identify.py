@@ -164,7 +164,7 @@ def _in_time(
         stack = shifted_stack()
     for _ in range(ROUNDS):
         delays = stack.delays()
-        if delays is None or (column := delays.clear) is None:
+        if delays is None or (column := delays.clear or delays.still(late.values())) is None:
             break
         before = late[column.key].whole if column.key in late else 0
         late[column.key] = replace(column, samples=column.whole + before)
