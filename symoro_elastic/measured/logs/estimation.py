@@ -143,7 +143,7 @@ def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array])
 def _law(Y: Array, tau: Array, X: Array, sigma: Array, noise: RowNoise) -> Noise:
     """Return the noise of the rows over sigma."""
     positions, residuals = [D @ X / sigma for D in noise.columns], (tau - Y @ X) / sigma
-    return residual_noise(Y / sigma[:, None], residuals, positions, noise.correlation_in(Y))
+    return residual_noise(Y / sigma[:, None], residuals, positions, noise.correlation_in(Y), noise.repeating)
 
 
 def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:

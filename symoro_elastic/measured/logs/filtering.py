@@ -321,7 +321,10 @@ def _silent(record: Measurements) -> Measurements:
 def _staircases(
     record: Measurements, joint: int, smoothed: Array, chosen: Filter, count: int, zeros: bool
 ) -> list[Array]:
-    """Return errors of an encoder of the same steps and other zeros; none where noise is more than its staircase."""
+    """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
+
+    Errors are scaled up by a little additional noise.
+    """
     q = record.q[:, joint]
     step = resolution_of(q)
     if not step:
@@ -334,8 +337,8 @@ def _staircases(
     alone = float(np.mean([(error - smooth(error, chosen, record))[cut].var() for error in errors]))
     if not alone or variance > MOST_BESIDE * alone:
         return []
-    zero = step * (phases - np.round(phases)) * zeros
-    return [error + off for error, off in zip(errors, zero, strict=True)]
+    larger, zero = np.sqrt(max(variance / alone, 1.0)), step * (phases - np.round(phases)) * zeros
+    return [error * larger + off for error, off in zip(errors, zero, strict=True)]
 
 
 def _modulated_record(record: Measurements, chosen: Filter, share: float) -> Measurements:

@@ -164,7 +164,7 @@ def _in_time(
         stack = shifted_stack()
     for _ in range(ROUNDS):
         delays = stack.delays()
-        if delays is None or (column := delays.clear) is None:
+        if delays is None or (column := delays.clear or delays.still(late.values())) is None:
             break
         before = late[column.key].whole if column.key in late else 0
         late[column.key] = replace(column, samples=column.whole + before)
@@ -204,7 +204,7 @@ class _Stack:
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.staircases for x in self.sampled)
         torques, draws = _torques(equations, self.sampled, fixed_torques), _draws(equations, self.sampled)
-        noise = RowNoise(_noises(rows), correlation, draws if repeating else None)
+        noise = RowNoise(_noises(rows), correlation, repeating, draws if repeating else None)
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
             raise InputError(

@@ -145,6 +145,11 @@ class Delays:
         best = max((x.evidence for x in self.columns), default=0.0)
         return [x for x in self.columns if x.evidence > max(best - CLEAR, CLEAR)]
 
+    def still(self, shifted: Iterable[Late]) -> Late | None:
+        """Return a column that is late by a sample after its shift was rounded, rather than all torques."""
+        later = (self.now(x) for x in shifted)
+        return next((x for x in later if x.evidence > 0 and abs(x.samples) > LEAST), None)
+
     def now(self, late: Late) -> Late:
         """Return how late a column is that was moved back; in time if nothing is known of it."""
         return next((column for column in self.columns if column.key == late.key), replace(late, samples=0.0))

@@ -16,6 +16,8 @@ import numpy as np
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.packages import for_identification
 
+FEWEST_LAGS = 24  # of the correlation of positions' noise
+PART = 4  # of the rows: lags are at most a quarter
 MOST_ALIKE = 0.98  # largest correlation of neighbours, of which standard deviations rise tenfold
 FEWEST_FREEDOM = 3.0  # degrees of freedom of a variance
 CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is not chance
@@ -29,14 +31,16 @@ Draws = Callable[[Array], Sequence[Array]]
 class RowNoise:
     """What is known of the noise in rows of tau = Y X (rows, n), before their residuals.
 
-    Noise of the positions is in Y: `columns` are noises of Y (rows, n, c) of the same law; `draws` give what many of
-    them make of Y X, where noise depends on the phase of the motion, as the staircase of an encoder does. `correlation`
-    is that of the noise of torques in each row with the same noise 0, 1, 2 ... rows later (lags, rows, n), None for
-    independent rows. `systematic` are errors of tau of one standard deviation, each with one factor for all rows.
+    Noise of the positions is in Y: `columns` are noises of Y (rows, n, c) of the same law, `repeating` where a motion
+    that repeats repeats them, as the staircase of an encoder; `draws` give what many of them make of Y X, where noise
+    depends on the phase of the motion. `correlation` is that of the noise of torques in each row with the same noise
+    0, 1, 2 ... rows later (lags, rows, n), None for independent rows. `systematic` are errors of tau of one standard
+    deviation, each with one factor for all rows.
     """
 
     columns: Sequence[Array] = ()
     correlation: Array | None = None
+    repeating: bool = False
     draws: Draws | None = None
     systematic: Sequence[Array] = ()
 
@@ -182,18 +186,37 @@ def _both_signs(rows: int) -> Array:
     return counts
 
 
-def spectral_density(records: Sequence[Array], used: Array) -> AnyArray:
-    """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n)."""
+def spectral_density(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
+    """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n).
+
+    Noises that are not `repeating` are forgotten after a quarter of the rows, which makes their spectrum smooth.
+    """
+    rows, joints = len(records[0]), len(used)
     size = np.sqrt(np.maximum(used, 1))
-    spectra = [np.fft.rfft(record / size, padded_length(len(record)), axis=0) for record in records]
-    density: AnyArray = np.asarray(sum(np.einsum("fj,fk->fjk", x, x.conj()) for x in spectra)) / len(spectra)
-    return density
+    spectra = [np.fft.rfft(record / size, padded_length(rows), axis=0) for record in records]
+    cross = sum(np.einsum("fj,fk->fjk", x, x.conj()) for x in spectra) / len(spectra)
+    density: AnyArray = np.asarray(cross).reshape(-1, joints, joints)
+    if repeating:
+        return density
+    correlation = np.fft.irfft(cross, padded_length(rows), axis=0)
+    lags = np.minimum(np.arange(padded_length(rows)), padded_length(rows) - np.arange(padded_length(rows)))
+    window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
+    density = np.fft.rfft(correlation * window[:, None, None], axis=0)
+    return density.reshape(-1, joints, joints)
 
 
-def residual_noise(Y: Array, residuals: Array, positions: Sequence[Array], correlation: Array) -> Noise:
+def _parzen(x: Array) -> Array:
+    """Return the lag window of Parzen, whose spectral densities are never negative."""
+    near, far = 1 - 6 * x**2 * (1 - x), 2 * np.maximum(1 - x, 0.0) ** 3
+    return np.where(x < 0.5, near, far)
+
+
+def residual_noise(
+    Y: Array, residuals: Array, positions: Sequence[Array], correlation: Array, repeating: bool = False
+) -> Noise:
     """Return the noise that leaves such residuals (rows, n), of rows and columns Y (rows, n, c) over sigma.
 
-    `positions` are the noises that those of the positions make in the rows; `correlation` is that
+    `positions` are the noises, perhaps `repeating`, that those of the positions make in the rows; `correlation` is that
     of the torques' noise (lags, rows, n). What positions do not explain is noise of the torques: of least squares with
     H = Q Q^T and variances v_k of the torques' noise,
     E |r_j|^2 = sum_k v_k (delta_jk (tr R - 2 tr Q_j^T R Q_j) + tr Q_k^T R Q_k Q_j^T Q_j), solved for v.
@@ -209,7 +232,7 @@ def residual_noise(Y: Array, residuals: Array, positions: Sequence[Array], corre
     energy = (residuals**2).sum(axis=0)
     density = np.zeros((padded_length(rows) // 2 + 1, joints, joints), dtype=complex)
     if positions:
-        density += spectral_density(positions, used)
+        density += spectral_density(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
     variance, active = np.zeros(joints), np.flatnonzero(used > 0)
     variance[active] = for_identification("scipy.optimize").nnls(A[np.ix_(active, active)], energy[active])[0]
