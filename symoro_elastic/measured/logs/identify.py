@@ -175,7 +175,7 @@ def _in_time(
     moved_columns = [replace(column, torques=None) for column in late.values() if column.whole]
     if delays is None:
         return stack, moved_columns
-    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.likely]
+    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *(delays.likely or delays.rivals)]
 
 
 class _Stack:

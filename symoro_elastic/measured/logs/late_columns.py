@@ -129,9 +129,13 @@ def moved_back(record: Measurements, late: Iterable[Late]) -> Measurements:
 
 @dataclass(frozen=True)
 class Delays:
-    """How late columns are, were each of them alone, in addition to a delay of all torques if data show one."""
+    """How late columns are, were each of them alone, in addition to a delay of all torques if data show one.
+
+    `rivals` are positions that explain as much as torques that are all ahead of positions, as no torque is.
+    """
 
     columns: tuple[Late, ...]
+    rivals: tuple[Late, ...] = ()
 
     @property
     def clear(self) -> Late | None:
@@ -170,7 +174,8 @@ def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns
     compared = [replace(x, evidence=x.evidence - max(every, 0.0)) for x in alone]
     if delay is None or every < CLEAR or max(x.evidence for x in compared) > CLEAR:
         return Delays(tuple(compared))
-    return Delays(tuple(_delays(equations, records, columns, delay[0])[0]))
+    rivals = [x for x in compared if delay[0] < 0 and x.quantities == JOINT and x.evidence > -CLEAR]
+    return Delays(tuple(_delays(equations, records, columns, delay[0])[0]), tuple(rivals))
 
 
 def _delays(
