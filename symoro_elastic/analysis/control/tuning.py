@@ -5,7 +5,8 @@
     Kv   the largest of the position loop around it
 
 In a first pass axes whose gains are tuned are held, and free, as they are at low and at high frequencies, and the
-smaller gain counts; in a second pass all loops are closed.
+smaller gain counts; in a second pass all loops are closed. Loops that were closed after it may leave an axis less room:
+position gains above the largest that all others allow are lowered to it, until there is none.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ from symoro_elastic.foundation.errors import InputError
 ROOM = 0.8
 """Of the largest Kp, that leaves room for an integral part."""
 PASSES = 2
+ABOVE = 0.01
+"""Relative excess of a position gain over the largest from which it is lowered."""
+MOST_LOWERED = 20
+"""Passes in which gains are lowered."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,22 @@ def tuned_cascades(plants: Sequence[Plant], cascades: Sequence[Cascade], distanc
                 open_motors = tuple(x.motor for x in tuned if x is not drive and x not in closed)
                 at = [replace(plant, held=(*plant.held, *locked)) for plant in plants for locked in {(), open_motors}]
                 tuned[k] = _tuned_cascade([AxisLoops.around(plant, drive, closed) for plant in at], drive, distances)
+    coupled = [k for k, drive in enumerate(cascades) if "Kv" in drive.tuned_gains and len(cascades) > 1]
+    for _ in range(MOST_LOWERED):
+        before = list(tuned)
+        for k in coupled:
+            tuned[k] = _lowered(plants, tuned, k, distances)
+        if tuned == before:
+            break
     return tuned
+
+
+def _lowered(plants: Sequence[Plant], tuned: Sequence[Cascade], k: int, distances: Distances) -> Cascade:
+    """Return a cascade with a position gain that its margin allows while all others are closed."""
+    drive, others = tuned[k], [x for x in tuned if x is not tuned[k]]
+    loops = [AxisLoops.around(plant, drive, others) for plant in plants]
+    largest = _least(loops, drive, "Kv", lambda at: largest_Kv(at, distances.position))
+    return drive.with_gains(Kv=largest) if drive.Kv > (1 + ABOVE) * largest else drive
 
 
 def _tuned_cascade(loops: Sequence[AxisLoops], drive: Cascade, distances: Distances) -> Cascade:

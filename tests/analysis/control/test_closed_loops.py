@@ -13,8 +13,10 @@ import symoro_elastic as se
 from symoro_elastic.analysis.control.cascade import Biquad, Cascade, DeadTime, FirstOrder, laplace
 from symoro_elastic.analysis.control.closed_loop import closed_loop
 from symoro_elastic.analysis.control.plant import Axis, Plant, response_slopes
+from symoro_elastic.analysis.control.tuning import ABOVE
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.responses import with_modal_damping
+from symoro_elastic.formats.toml.starting import starting_text
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.drives import TUNED, Drive, Drives, LowPass
@@ -285,3 +287,14 @@ def test_an_integral_part_leaves_no_compliance_at_rest_and_a_plane_none_across()
     assert y.static == 0 < y.peak and z.static == z.peak == 0 and np.isnan(z.frequency)
     swept = se.sweep(gravity | arm | body | drives, over={"arm.mass": [1, 2]}, of="control", outputs=["tip.y"])
     assert swept.units["tip.y: peak"] == "m/N"
+
+
+def test_tuned_axes_keep_their_margins_after_all_others_are_closed(tmp_path: Path) -> None:
+    """Limbs of a Delta share their platform: whoever is closed last takes room from the first."""
+    path = tmp_path / "delta.toml"
+    text = starting_text("delta", "delta")
+    path.write_text(text.replace("damping = 20", "damping = 5"))
+    (place,) = se.control(path).as_json()["places"]
+    for axis in place["axes"]:
+        assert axis["position_loop"]["modulus"] >= 0.7 * (1 - ABOVE), axis["motor"]
+        assert axis["velocity_loop"]["modulus"] >= 0.5 * (1 - ABOVE), axis["motor"]
