@@ -13,19 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic import modes, read
+from symoro_elastic.analysis.vibration.drawn_modes import drawn_modes
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.figure import figure_of, placements_of
 from symoro_elastic.pages.drawing.projection import Projection, view_of
 from symoro_elastic.pages.drawing.svg import HEIGHT_MOST, WIDTH, _shape, picture_of, svg
-from symoro_elastic.pages.drawing.vibrations import full_shapes
+from symoro_elastic.pages.drawing.vibrations import changes_of, corners_of
 from tests.golden import ROOT
 
 FRAMES = 8
 """Of half of a cycle; the other half shows them in reverse."""
 SECONDS = 1.6
-ENLARGED = 2.0
-"""Amplitude, relative to that of the pages of `view`."""
 
 
 def moving_picture(machine: Machine, mode: int) -> str:
@@ -36,11 +35,12 @@ def moving_picture(machine: Machine, mode: int) -> str:
     drawn = figure_of(placements, rest)
     moving = tuple(shape for shape in drawn.shapes if shape.frame or shape.role == "base")
     figure = replace(drawn, shapes=moving, marks=())
-    (shape,) = full_shapes(modal, [mode - 1], ENLARGED * figure.extent)
+    (drawn_mode,) = drawn_modes(modal, [mode - 1], corners_of(figure))
+    shape = changes_of(modal, drawn_mode)
     phases = np.cos(np.pi * np.arange(FRAMES + 1) / FRAMES)
     still = svg(picture_of(figure))
     projections = [Projection(figure, placements.at(rest + phase * shape), view_of(figure)) for phase in phases]
-    outline = Projection(figure, figure.reference, view_of(figure)).outline
+    outline = np.concatenate([part.points for picture in projections for part in picture.back_to_front])
     low, spread = outline.min(axis=0), np.ptp(outline, axis=0)
     scale = float(min(WIDTH / spread[0], HEIGHT_MOST / spread[1]))
     frames = "\n".join(_frame(projection, k, low, scale) for k, projection in enumerate(projections))

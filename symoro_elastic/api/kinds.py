@@ -285,10 +285,13 @@ def point(text: str | None, option: str) -> tuple[float, ...] | None:
     parts = [part.strip() for part in str(text).strip("() ").split(",")]
     if len(parts) != POINT_SIZE:
         raise InputError(COMMAND, option, f"{text!r} is not three numbers: give the number alone for each")
-    try:
-        return tuple(number(part) for part in parts)
-    except ValueError as error:
-        raise InputError(COMMAND, option, f"{text!r} is not three numbers: {error}") from None
+    numbers = []
+    for part in parts:
+        try:
+            numbers.append(number(part))
+        except ValueError as error:
+            raise InputError(COMMAND, option, f"{text!r}: {part!r} {error}") from None
+    return tuple(numbers)
 
 
 def comma_separated(texts: Sequence[str], _option: str) -> tuple[str, ...]:

@@ -426,17 +426,21 @@ class _Search:
         return within_torques(motion, self._limits.torque, self._condition.response)
 
     def __call__(self, x: Array) -> float:
-        if self.done >= self._most:
-            raise _Enough
         motion = self.motion(x)
         value = self._condition(motion)
         value = value if np.isfinite(value) else 1e300
-        self.done += 1
         if value < self.lowest:
             self.best, self.lowest = motion, value
+        self._count()
+        return float(np.log(value))
+
+    def _count(self) -> None:
+        """Count an evaluated motion; raises `_Enough` where they are used up."""
+        if self.done >= self._most:
+            raise _Enough
+        self.done += 1
         self.history.append(self.lowest)
         self._progress(self.done, self._most, self.lowest)
-        return float(np.log(value))
 
     def with_slope(self, x: Array) -> tuple[float, Array]:
         """Return the logarithm and its gradient.
@@ -450,9 +454,7 @@ class _Search:
         weights = np.outer(U[:, 0], V[0] / s[0]) - np.outer(U[:, -1], V[-1] / s[-1])
         slope = np.zeros_like(x)
         for k, step in enumerate(STEP * np.eye(len(x))):
-            if self.done >= self._most:
-                raise _Enough
-            self.done += 1
+            self._count()
             slope[k] = np.vdot(weights, self._condition.scaled(self.motion(x + step)) - A) / STEP
         return value, slope
 

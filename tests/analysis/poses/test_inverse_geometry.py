@@ -102,7 +102,7 @@ def test_the_command_gives_json_and_exit_code_1_out_of_reach() -> None:
     ("words", "message"),
     [
         (("--position", "1,2"), "is not three numbers"),
-        (("--position", "nan,0,0"), "--position: 'nan,0,0' is not three numbers: nan is not finite"),
+        (("--position", "nan,0,0"), "--position: 'nan,0,0': 'nan' is not a number: nan is not finite"),
         (("--position", "1,2,3", "--frame", "nose"), "nose"),
         (("--position", "1,2,3", "--at", "tip=1"), "--at"),
         (("--position", "1,2,3", "--orientation", "1,2"), "is not three numbers"),
