@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.options import Generating
 from symoro_elastic.codegen.compile import CompilerMissing
-from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS, ToolChain, tool_chain
+from symoro_elastic.codegen.embedded.processors import CONTROLLERS
+from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.codegen.targets import SCALED_TARGETS
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH

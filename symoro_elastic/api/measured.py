@@ -90,7 +90,7 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     from symoro_elastic.measured.logs.identified import Identified
     from symoro_elastic.measured.logs.identify import LogSettings
     from symoro_elastic.measured.logs.identify import identify as fit
-    from symoro_elastic.measured.logs.result import validation_of
+    from symoro_elastic.measured.logs.validation import validation_of
     from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 
     of_file, records, values = the_machine(machine), options.records, dict(options.values)

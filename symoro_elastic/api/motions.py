@@ -13,7 +13,7 @@ from symoro_elastic.api.machines import NO_VALUES, the_machine
 from symoro_elastic.api.options import Climbing, Integrating, Reducing, Simulating
 from symoro_elastic.api.rows import MachineLike, Ranges, SceneLike, Values
 from symoro_elastic.api.scenes import Prescribed, SceneRequest, required_motions
-from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS
+from symoro_elastic.codegen.embedded.processors import CONTROLLERS
 from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.foundation.errors import InputError, among, reported_places

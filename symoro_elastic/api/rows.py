@@ -54,7 +54,7 @@ table_names = _names_of("machine.constants", "SECTIONS")
 sampling_names = _names_of("analysis.sweeps.design", "SAMPLINGS")
 purpose_names = _names_of("analysis.ladder.reduced", "Purpose")
 part_names = _names_of("analysis.ladder.reduced", "Part")
-processor_names = _names_of("codegen.embedded.tool_chain", "CONTROLLERS")
+processor_names = _names_of("codegen.embedded.processors", "CONTROLLERS")
 
 
 def certified_names() -> Iterable[str]:

@@ -20,8 +20,9 @@ from symoro_elastic.measured.logs.estimation import POSITIVE
 from symoro_elastic.measured.logs.friction_laws import COSINE, LOAD, SINE, STATIC
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.regression import RegressorColumn, has_body
-from symoro_elastic.measured.logs.result import Fit, Identification
+from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.sensors import DELAY, OFFSET, shows
+from symoro_elastic.measured.logs.validation import Fit
 from symoro_elastic.measured.vibration_tests.updated import Updated
 from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.control.driven_responses import Loop, closed_response_slopes, loops_of
+from symoro_elastic.analysis.control.cascade import Cascade, cascade_of, laplace
+from symoro_elastic.analysis.control.driven_machine import load_ratio
 from symoro_elastic.analysis.vibration.linearization import (
     Linearization,
     LinearSlopes,
@@ -16,6 +17,7 @@ from symoro_elastic.analysis.vibration.linearization import (
     linearize,
     pole_slopes,
     ratio_slopes,
+    response_slopes,
     with_motors,
 )
 from symoro_elastic.analysis.vibration.modes import damped_poles
@@ -25,16 +27,13 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.vibration_tests.measured import (
-    MeasuredModes,
-    MeasuredResponse,
-    VibrationTest,
-    windowed_lines,
-)
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
+from symoro_elastic.measured.vibration_tests.windows import behind
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
+from symoro_elastic.numerics.motion.signals import outputs
 
 LEAST_MAC = 0.5
 RIVALS = 0.1  # MAC within which two modes both fit a measured one
@@ -45,10 +44,10 @@ STEP_OF_ZERO = 1e-4  # of differences by zeros, rad or m
 
 @dataclass(frozen=True)
 class PredictedResponse:
-    """G (N) of a measured response, and its slopes (p, N) by ln p; (0, N) without slopes."""
+    """G (N) of a measured response, and its slopes (p, N) by ln p; without slopes None."""
 
     G: ComplexArray
-    slopes: ComplexArray
+    slopes: ComplexArray | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,10 @@ class Predicted:
     def with_more_slopes(self, more: int) -> Predicted:
         """Return the same with slopes of zero by more unknowns."""
         rows = ((0, more), (0, 0))
-        responses = [replace(response, slopes=np.pad(response.slopes, rows)) for response in self.responses]
+        responses = [
+            response if response.slopes is None else replace(response, slopes=np.pad(response.slopes, rows))
+            for response in self.responses
+        ]
         modes = self.modes and replace(
             self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
         )
@@ -119,7 +121,9 @@ class Predictions:
         self.sought, self.tests = sought, tuple(tests)
         for test in tests:
             if test.modes and test.drives:
-                what = "natural frequencies and ring-downs are of motors held, free or under pd: measure responses"
+                what = (
+                    "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
+                )
                 raise InputError(test.name, "drives", what)
         drives = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
         measured = [loop.measured for loop in drives.values() if loop.measured != MOTOR]
@@ -182,16 +186,18 @@ class Predictions:
                 prediction = prediction.with_more_slopes(len(self.windowed))
             for row, name in enumerate(self.windowed if slopes else ()):
                 if name == k or isinstance(name, str):
-                    by_change = self._by_change(linear, test, name, values)
-                    for response, slope in zip(prediction.responses, by_change, strict=True):
-                        response.slopes[p + row] = slope
+                    for response, slope in zip(
+                        prediction.responses, self._by_change(linear, test, name, values), strict=True
+                    ):
+                        if response.slopes is not None:
+                            response.slopes[p + row] = slope
             predicted.append(prediction)
         return predicted
 
-    def oscillations(self, x: Array) -> list[Oscillations]:
+    def swinging(self, x: Array) -> list[Swinging]:
         """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
         values, motion = self._at_values(x)
-        return [oscillations_of(self.linear_at(motion, test, values)) for test in self.tests]
+        return [swinging_of(self.linear_at(motion, test, values)) for test in self.tests]
 
     def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
         """Return the values of the unknowns, and the machine that has them."""
@@ -239,8 +245,9 @@ class Predictions:
         for test in self.tests:
             excluded = {*test.pd, *test.drives, *held_in(test, motion.motor_names)}
             free = [name for name in driven if name not in excluded]
-            way_out = "hold their motors, or give drives or pd, where they were on"
-            off = f"the drives of {', '.join(free)} are off: {way_out}"
+            off = (
+                f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
+            )
             limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
             limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
             said = [*([off] if free else []), *([limits] if limited else [])]
@@ -250,18 +257,20 @@ class Predictions:
 
     def _of(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float], slopes: bool) -> Predicted:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
-        responses: dict[int, PredictedResponse] = {}
+        responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):
             f = test.responses[group[0]].f
-            window = windowed_lines(test.window, f)
+            window = behind(test.window, f)
             G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
-                both = G[:, o, i], dG[:, :, o, i]
-                responses[k] = PredictedResponse(*(both if window is None else map(window.weighted_sum, both)))
+                own, by = G[:, o, i], dG[:, :, o, i]
+                if window is not None:
+                    own, by = window.seen(own), window.seen(by)
+                responses[k] = PredictedResponse(own, by if slopes else None)
         modes = None if test.modes is None else _modes_of(changed, test.modes, self.pairs_all)
-        return Predicted(tuple(responses[k] for k in range(len(responses))), modes)
+        return Predicted(tuple(response for response in responses if response is not None), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
         """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""
@@ -314,7 +323,7 @@ def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
 
 
 @dataclass(frozen=True)
-class Oscillations:
+class Swinging:
     """Poles (m) of oscillating motions, rad/s, and their amplitudes (m, outputs) at outputs by name."""
 
     poles: ComplexArray
@@ -329,37 +338,39 @@ class Pairs:
 
     rows: IndexArray
     columns: IndexArray
-    mac: Array
+    likeness: Array
     sure: BoolArray
 
 
-def oscillations_of(linear: Linearization) -> Oscillations:
+def swinging_of(linear: Linearization) -> Swinging:
     """Return what oscillates in a linearization."""
     poles, vectors = damped_poles(linear)
     places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
     poles, vectors = poles[places], vectors[:, places]
     own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
-    return Oscillations(poles, own.T, tuple(linear.outputs))
+    return Swinging(poles, own.T, tuple(linear.outputs))
 
 
-def pairs_of_modes(measured: MeasuredModes, own: Oscillations) -> Pairs:
+def pairs_of_modes(measured: MeasuredModes, own: Swinging) -> Pairs:
     """Return the poles that belong to measured modes, by shape and frequency."""
     apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
-    cost, mac = apart, np.ones_like(apart)
+    cost, likeness = apart, np.ones_like(apart)
     if measured.shapes is not None:
         places = [own.outputs.index(name) for name in measured.outputs]
-        mac = _mac(measured.shapes, own.amplitudes[:, places])
-        cost = apart - mac
+        likeness = _mac(measured.shapes, own.amplitudes[:, places])
+        cost = apart - likeness
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
     alone = len(own.poles) < 2
-    nearest = np.sort(mac - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
-    sure = (mac[rows, columns] >= LEAST_MAC) & ((nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None))
-    return Pairs(rows, columns, mac[rows, columns], sure)
+    nearest = np.sort(likeness - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
+    sure = (likeness[rows, columns] >= LEAST_MAC) & (
+        (nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None)
+    )
+    return Pairs(rows, columns, likeness[rows, columns], sure)
 
 
 def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
     """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
-    own = oscillations_of(slopes.linear)
+    own = swinging_of(slopes.linear)
     pairs = pairs_of_modes(measured, own)
     rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every
     size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
@@ -376,5 +387,76 @@ def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
     """Return |a^H b|^2 / (a^H a b^H b) of shapes (k, outputs) and (m, outputs), (k, m)."""
     cross = np.abs(measured.conj() @ shapes.T) ** 2
     sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
-    mac: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
-    return mac
+    likeness: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
+    return likeness
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A drive with numbers, and the signals of its motor's position and of the one that it controls."""
+
+    cascade: Cascade
+    own: str
+    controlled: str
+
+    @property
+    def torque(self) -> str:
+        """The signal of its torque."""
+        return f"{self.cascade.motor}.tau"
+
+
+def loops_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Loop]:
+    """Return the loops of all drives by motor; raises `InputError` for gains without value, or to be estimated."""
+    joints, found = {joint.name: joint for joint in motion.asked.joints}, {}
+    for name, drive in drives_of(motion.asked).by_motor.items():
+        cascade = cascade_of(joints[name], drive, motion.parameters, motion.source)
+        if cascade.tuned_gains:
+            what = 'is "tuned", which is no number: `control --save` writes those that it finds'
+            raise InputError(motion.source, f"drives, {name}, {cascade.tuned_gains[0]}", what)
+        if shared := cascade.by_parameter.keys() & {*sought}:
+            key = next((key for key, formula in drive.formulas if min(shared) in formula.names), "current")
+            what = f"depends on {min(shared)}, which is sought: give it a number, or name what is sought (--seek)"
+            raise InputError(motion.source, f"drives, {name}, {key}", what)
+        own = f"{name}.q"
+        found[name] = Loop(
+            cascade, own, own if drive.measured == MOTOR else outputs(motion.given, [drive.measured])[0].name
+        )
+    return found
+
+
+def closed_response_slopes(
+    slopes: LinearSlopes, f: Array | ComplexArray, loops: Sequence[Loop]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return G (f, outputs, inputs) with loops closed, and its derivatives (p, f, outputs, inputs)."""
+    G, dG = response_slopes(slopes, f)
+    if not loops:
+        return G, dG
+    H, dH = _feedback(slopes, laplace(f), loops)
+    torques = [slopes.linear.inputs.index(loop.torque) for loop in loops]
+    G_t = G[:, :, torques]
+    S = np.linalg.inv(np.eye(len(loops)) + H @ G_t)
+    L, R = np.eye(G.shape[1]) - G_t @ S @ H, np.tile(np.eye(G.shape[2], dtype=complex), (len(f), 1, 1))
+    R[:, torques] -= S @ H @ G
+    closed: ComplexArray = L @ G
+    return closed, L @ dG @ R - (G_t @ S) @ dH @ closed
+
+
+def _feedback(slopes: LinearSlopes, s: ComplexArray, loops: Sequence[Loop]) -> tuple[ComplexArray, ComplexArray]:
+    """Return H (f, loops, outputs) and its derivatives (p, f, loops, outputs).
+
+    A position of a load counts over what it changes with its motor, which a sag and the geometry change.
+    """
+    linear = slopes.linear
+    H = np.zeros((len(s), len(loops), len(linear.outputs)), dtype=complex)
+    dH = np.zeros((len(slopes.names), *H.shape), dtype=complex)
+    for k, loop in enumerate(loops):
+        own, controlled = linear.outputs.index(loop.own), linear.outputs.index(loop.controlled)
+        cascade, C, ratio, change = loop.cascade, loop.cascade.controller(s), 1.0, np.zeros(len(slopes.names))
+        H[:, k, own] = s * (C + cascade.current.drag_response(s) if cascade.current else C)
+        if controlled != own:
+            (v, row), (dv, drow) = linear.Cq[[own, controlled]], slopes.C[0][:, [own, controlled]].transpose(1, 0, 2)
+            ratio = load_ratio(linear, cascade.motor, v, loop.controlled)
+            change = (drow @ v + dv @ row - 2 * ratio * (dv @ v)) / float(v @ v)
+        H[:, k, controlled] += cascade.Kv / ratio * C
+        dH[:, :, k, controlled] = np.outer(-change / ratio**2, cascade.Kv * C)
+    return H, dH

@@ -46,6 +46,7 @@ SCRIPTS = (
     "space.js",
     "frames.js",
     "paint.js",
+    "tubes.js",
     "figure.js",
     "labels.js",
     "camera.js",

@@ -19,7 +19,7 @@ from symoro_elastic.analysis.ladder.feed_forward import (
 )
 from symoro_elastic.analysis.ladder.reduced import Reduced
 from symoro_elastic.analysis.ladder.rungs import prediction_of
-from symoro_elastic.codegen.embedded.tool_chain import CONTROLLERS, Processor
+from symoro_elastic.codegen.embedded.processors import CONTROLLERS, Processor
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.within import Evidence
 from tests.analysis.ladder.test_drives import drawn

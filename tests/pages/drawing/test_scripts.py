@@ -151,7 +151,7 @@ const frames = new Frames(programs, told.data), figure = new MachineFigure(told.
 const corners = () => [...cornersOf(figure.groups)].map(([corner]) => corner);
 const eye = new Eye(told.data, canvas, corners, () => {});
 """
-SCENES = ("vendor/three.min.js", "space.js", "frames.js", "figure.js", "camera.js")
+SCENES = ("vendor/three.min.js", "space.js", "frames.js", "tubes.js", "figure.js", "camera.js")
 
 
 @needs_node
