@@ -241,8 +241,7 @@ class Condition:
 
     def __call__(self, motion: FourierMotion) -> float:
         """Return the condition number of a motion."""
-        A = self.scaled(motion)
-        return float(np.linalg.cond(A)) if np.isfinite(A).all() else math.inf
+        return condition_number(self.scaled(motion))
 
     def scaled(self, motion: FourierMotion) -> Array:
         """Return the regressor along a motion, in units of rows and lengths of columns."""
@@ -254,6 +253,11 @@ class Condition:
         states, laws = self.response.states(motion), self.response.laws
         W = self.Y.evaluate(*states, self._kept)
         return np.concatenate([W, laws.columns(states)[:, :, self._of_laws]], axis=2) if laws else W
+
+
+def condition_number(A: Array) -> float:
+    """Return the ratio of the largest and the least singular value; infinite where entries are not finite."""
+    return float(np.linalg.cond(A)) if np.isfinite(A).all() else math.inf
 
 
 def _periodic(x: Array, period: float) -> tuple[Array, Array]:
@@ -428,7 +432,11 @@ class _Search:
 
     def __call__(self, x: Array) -> float:
         motion = self.motion(x)
-        value = self._condition(motion)
+        return self._logarithm(motion, self._condition.scaled(motion))
+
+    def _logarithm(self, motion: FourierMotion, A: Array) -> float:
+        """Count a motion with this regressor, and return the logarithm of its condition number."""
+        value = condition_number(A)
         value = value if np.isfinite(value) else 1e300
         if value < self.lowest:
             self.best, self.lowest = motion, value
@@ -448,7 +456,9 @@ class _Search:
 
         d log cond A = u_1' dA v_1/s_1 - u_n' dA v_n/s_n by the largest and the least singular value: dA by differences.
         """
-        value, A = self(x), self._condition.scaled(self.motion(x))
+        motion = self.motion(x)
+        A = self._condition.scaled(motion)
+        value = self._logarithm(motion, A)
         U, s, V = np.linalg.svd(np.nan_to_num(A), full_matrices=False)
         if not (np.isfinite(A).all() and s[-1] > 0):
             return value, np.zeros_like(x)
