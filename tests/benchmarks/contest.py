@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import shutil
 import statistics
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
@@ -48,6 +49,21 @@ EACH_STATE = r"""for (size_t s = 0; s < states; ++s) {
             (void)result;
             @CALL@
         }"""
+
+
+NEWEST_CLANG = 22
+"""The newest version that is looked for."""
+
+
+def newest(name: str) -> str:
+    """Return the name of the newest version of Clang that is installed: `clang-19` for `clang`."""
+    return next((f"{name}-{k}" for k in range(NEWEST_CLANG, 13, -1) if shutil.which(f"{name}-{k}")), name)
+
+
+COMPILERS = tuple(filter(shutil.which, ("gcc", newest("clang"))))
+"""Those of generated C, ours and CasADi's."""
+CXX_COMPILERS = tuple(filter(shutil.which, ("g++", newest("clang++"))))
+"""Those of Pinocchio: which of them makes it faster depends on the model."""
 
 
 class BuildFailed(Exception):

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.symbolic.program import OperationCount
+from tests.benchmarks.contest import COMPILERS
 from tests.benchmarks.instructions import available, per_call
 from tests.benchmarks.machines import arm_6, chain, example, humanoid, two_axis, with_base_parameters
 from tests.benchmarks.ours import code
 from tests.benchmarks.tables import print_table, progress, save_json
 
 Pair = tuple[int, int]
-COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from symoro_elastic.machine.machine import Machine
-from tests.benchmarks.contest import Array, Contestant
+from tests.benchmarks.contest import COMPILERS, Array, Contestant
 from tests.benchmarks.machines import MACHINES, with_base_parameters
-from tests.benchmarks.match import COMPILERS, Match, matched, require_pinocchio, show, states
+from tests.benchmarks.match import Match, matched, require_pinocchio, show, states
 from tests.benchmarks.ours import Code, code, scalar
 from tests.benchmarks.peers import casadi_c, pinocchio_cpp
 from tests.benchmarks.tables import print_table, progress, save_json

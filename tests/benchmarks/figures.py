@@ -12,7 +12,6 @@ import argparse
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from symoro_elastic.codegen.precision import DOUBLE
+from tests.benchmarks.contest import COMPILERS, CXX_COMPILERS
 from tests.benchmarks.speed import OF_SINES, fastest
 from tests.benchmarks.tables import DATA, save_json
 from tests.benchmarks.targets import ARM, ARM_7, TREE, TWO
@@ -301,15 +301,12 @@ def measure(names: list[str]) -> None:
 
 def conditions() -> dict[str, str]:
     """Return the processor, the compilers and the libraries of this computer, and its load."""
-    from tests.benchmarks.match import COMPILERS
-    from tests.benchmarks.peers.pinocchio_cpp import compilers
-
     cpu = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
     peers = {package: package_version(package) for package in ("pin", "casadi", "mujoco", "numpy")}
     return {
         "processor": cpu[1] if cpu else "unknown",
-        "compilers": ", ".join(compiler_version(name) for name in COMPILERS if shutil.which(name)),
-        "compilers of Pinocchio": ", ".join(map(compiler_version, compilers())),
+        "compilers": ", ".join(compiler_version(name) for name in COMPILERS),
+        "compilers of Pinocchio": ", ".join(map(compiler_version, CXX_COMPILERS)),
         "packages": ", ".join(f"{name} {number}" for name, number in peers.items() if number),
         "load": f"{os.getloadavg()[1]:.1f} of {os.cpu_count()} cores",
     }

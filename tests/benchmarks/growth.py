@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -24,6 +23,7 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.symbolic.memory import no_collection
+from tests.benchmarks.contest import COMPILERS
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
@@ -34,7 +34,6 @@ T = TypeVar("T")
 MODELS = ("inverse_dynamics", "direct_dynamics")
 DERIVATIVES = ("inverse_dynamics_derivatives", "direct_dynamics_derivatives")
 CALL = "ns a joint"
-COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 FIT_FROM = 25
 ROUNDS = 200
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -16,7 +15,6 @@ from tests.benchmarks.tables import print_table
 from tests.benchmarks.targets import Figures
 
 STATES = 64
-COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.machine.machine import Machine
 from tests.benchmarks import picture
 from tests.benchmarks.arithmetic_limit import limit
-from tests.benchmarks.contest import BUILD, Array, Contestant, contest
+from tests.benchmarks.contest import BUILD, COMPILERS, Array, Contestant, contest
 from tests.benchmarks.machines import MACHINES, rigid, with_base_parameters
-from tests.benchmarks.match import COMPILERS, Match, matched, require_pinocchio, show, states
+from tests.benchmarks.match import Match, matched, require_pinocchio, show, states
 from tests.benchmarks.ours import AVX2, AVX512, PAIRS, batch, code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.benchmarks.targets import Figures, unmet

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from tests.benchmarks.contest import COMPILERS
 from tests.benchmarks.tables import print_table
 
 Figures = list[dict[str, str | float]]
@@ -66,7 +67,7 @@ def _ratios(figures: Figures, targets: Sequence[tuple[str, str, str, float]]) ->
 
 def _casadi(figures: Figures) -> Iterator[Verdict]:
     """The call against CasADi's C of the same compiler: the least ratio of all rows."""
-    for compiler in ("gcc", "clang"):
+    for compiler in COMPILERS:
         least = {
             (str(f["machine"]), str(f["model"])): float(f["ns"]) / ours
             for f in figures

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,13 +10,11 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.benchmarks.contest import BUILD, MARCH, Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.contest import BUILD, CXX_COMPILERS, MARCH, Array, Contestant, compiled, entry, keeping_results
 from tests.benchmarks.peers.headers import eigen, shipped
 from tests.references.pinocchio_model import model_of
 
 HERE = Path(__file__).parent
-NEWEST_CLANG = 22
-"""The newest version that is looked for."""
 LIMITS = (
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
     "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
@@ -43,13 +40,6 @@ def sources(name: str) -> dict[str, str]:
     return {file: (HERE / file).read_text(encoding="utf-8") for file in (name, "pinocchio_model.hpp")}
 
 
-def compilers() -> tuple[str, ...]:
-    """The newest g++ and clang++ that are installed: which of them makes Pinocchio faster depends on the model."""
-    newest = [f"clang++-{k}" for k in range(NEWEST_CLANG, 13, -1)]
-    clang = next((name for name in (*newest, "clang++") if shutil.which(name)), "")
-    return tuple(name for name in ("g++", clang) if name and shutil.which(name))
-
-
 @cache
 def library(compiler: str, name: str) -> ctypes.CDLL:
     """Compiled with -O3 and `MARCH`, templates instantiated here: no slower than the shipped library."""
@@ -61,7 +51,7 @@ def contestants(model_file: Path, model: str, x: Array, results: int) -> list[Co
     """One of `ALGORITHMS` on the states of `x` (q, qd and the third argument of each), by each compiler."""
     function, name = ALGORITHMS[model]
     builds = []
-    for compiler in compilers():
+    for compiler in CXX_COMPILERS:
         made = library(compiler, "pinocchio_double.cpp")
         made.read_model(str(model_file).encode())
         builds.append(keeping_results(f"Pinocchio {name}, {compiler}", entry(made, function), x, results))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.machine.machine import Machine
-from tests.benchmarks.contest import BUILD, Array, Contestant, entry, keeping_results
+from tests.benchmarks.contest import BUILD, CXX_COMPILERS, Array, Contestant, entry, keeping_results
 from tests.benchmarks.peers import pinocchio_cpp
 from tests.references.pinocchio_model import carried_frame
 
@@ -38,7 +38,7 @@ def library(compiler: str) -> ctypes.CDLL:
 
 def contestants(files: tuple[Path, Path], x: Array, proximal: Proximal) -> list[Contestant]:
     """`constraintDynamics` on the states of `x`, by each compiler: q, qd, forces; qdd of all joints."""
-    return [_contestant(files, x, proximal, compiler) for compiler in pinocchio_cpp.compilers()]
+    return [_contestant(files, x, proximal, compiler) for compiler in CXX_COMPILERS]
 
 
 def _contestant(files: tuple[Path, Path], x: Array, proximal: Proximal, compiler: str) -> Contestant:
