@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.vibration.responses import Response as Response
     from symoro_elastic.api.control import control as control
     from symoro_elastic.api.control import lobes as lobes
+    from symoro_elastic.api.control import tune as tune
     from symoro_elastic.api.drawings import MachinePage as MachinePage
     from symoro_elastic.api.drawings import MachinePicture as MachinePicture
     from symoro_elastic.api.drawings import Report as Report
@@ -93,7 +94,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "foundation.errors": "InputError",
-    "api.control": "control lobes",
+    "api.control": "control lobes tune",
     "api.drawings": "MachinePage MachinePicture Report picture report view",
     "api.kinematics": "singularities",
     "api.loaded": "LoadedModel load",

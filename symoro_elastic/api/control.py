@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from symoro_elastic.api.declaration import operation
-from symoro_elastic.api.options import Controlling, Cutting
+from symoro_elastic.api.options import Controlling, Cutting, TuningDrives
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import kept_machine
 from symoro_elastic.foundation.errors import InputError, reported_places
@@ -33,6 +33,19 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         Where the machine has no drives, for gains that are sought and that nothing limits, for modes without damping
         where gains are sought, and without equilibrium.
     """
+    return _control(machine, options, options.tune)
+
+
+@operation(TuningDrives)
+def tune(machine: MachineLike, options: TuningDrives) -> Control:
+    """Return Kv, Kp and Tn of all drives of a machine, what limits each, and the loops with them.
+
+    As `control(machine, tune=True)`. Raises `InputError`.
+    """
+    return _control(machine, options, True)
+
+
+def _control(machine: MachineLike, options: TuningDrives, all_gains: bool) -> Control:
     from symoro_elastic.analysis.control.control import control_at, gains_by_rules
     from symoro_elastic.analysis.control.driven_machine import measured_positions
     from symoro_elastic.analysis.control.tuning import Distances, Tuning
@@ -44,7 +57,7 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         motion = motion_of(scene_machine, dict(options.values), (), (*options.compliances, *measured))
     states = _states(options.along, options.at, motion)
     distances = Distances(options.modulus, options.position_modulus)
-    tuning = Tuning(distances, options.tune or options.optimum, options.optimum)
+    tuning = Tuning(distances, all_gains or options.optimum, options.optimum)
     with reported_places({"--output": "--compliance"}):
         result = control_at(motion, states, tuning, options.damping, options.compliances, options.progress)
     return replace(result, rules=gains_by_rules(result.plants, result.cascades)) if options.rule else result
@@ -66,7 +79,8 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
 
     scene_machine = kept_machine(machine, options.scene)
     cut = _cut(options)
-    speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
+    low, high, count = options.speeds or USUAL_SPEEDS
+    speeds = 1 / np.linspace(1 / low, 1 / high, count)  # as many in each lobe
     refuse_wrong(cut, speeds, scene_machine)
     motion = motion_of(scene_machine, dict(options.values), (), (*cut.outputs, *measured_positions(scene_machine)))
     states = _states(options.along, options.at, motion)

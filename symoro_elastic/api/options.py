@@ -312,10 +312,9 @@ class Oscillating(ParametersAndScene, OperatingPoint, Placed):
     """Options of `modes`."""
 
 
-class Controlling(ParametersAndScene):
-    """Options of `control`."""
+class TuningDrives(ParametersAndScene):
+    """Options of `tune`."""
 
-    tune: bool = switch('Find all gains, not only those that the file calls "tuned".')
     optimum: bool = switch("Compute all gains together: the least peak compliance at these modulus margins.")
     rule: bool = switch("Also gains by published rules: amount and symmetrical optimum, Kv = 1/(4 T_v).")
     modulus: float = option(
@@ -333,6 +332,12 @@ class Controlling(ParametersAndScene):
         "fixed frame).", kinds.TEXTS,
     )  # fmt: skip
     progress: Progress = rows.progress_row()
+
+
+class Controlling(TuningDrives):
+    """Options of `control`."""
+
+    tune: bool = switch('Compute all gains, not only those that the file calls "tuned".')
 
 
 class Cutting(ParametersAndScene):
@@ -368,7 +373,10 @@ class Cutting(ParametersAndScene):
     )  # fmt: skip
     teeth: int = option(1, "N", "Teeth that pass a point of the workpiece in a turn.", kinds.WHOLE, least=1, most=1000)
     speeds: tuple[float, float, int] | None = option(
-        None, "LOW:HIGH:COUNT", "Spindle speeds, turns per minute (default: 1000:20000:200).", kinds.SPEEDS
+        None,
+        "LOW:HIGH:COUNT",
+        "Spindle speeds, turns per minute, even in 1/speed (default: 1000:20000:200).",
+        kinds.SPEEDS,
     )
     damping: float = rows.damping_row()
     along: Mapping[str, Sequence[float]] = rows.along_row()

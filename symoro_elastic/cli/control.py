@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import click
 
-from symoro_elastic.api.declaration import options as declared
-from symoro_elastic.api.options import Controlling, Cutting
+from symoro_elastic.api.options import Controlling, Cutting, TuningDrives
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call, draws, takes, writes
@@ -33,32 +30,30 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
     _control(machine, options, save, plots, as_json)
 
 
-TUNING = tuple(row.name for row in declared(Controlling) if row.name != "tune")
-
-
 @command("tune")
 @MACHINE
-@takes(Controlling, "options", *TUNING)
+@takes(TuningDrives)
 @SAVED
 @draws
 @writes
 @JSON
-def tune(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
-    """Find Kv, Kp, Tn of all drives, and what limits each; margins, bandwidth and compliance with them.
+def tune(machine: str, options: TuningDrives, save: str | None, plots: Plots, as_json: bool) -> None:
+    """Kv, Kp, Tn of all drives, and what limits each; margins, bandwidth and compliance with them.
 
     As `control --tune`, which keeps the gains of the file without that option.
     """
-    _control(machine, replace(options, tune=True), save, plots, as_json)
+    _control(machine, options, save, plots, as_json)
 
 
-def _control(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
+def _control(machine: str, options: TuningDrives, save: str | None, plots: Plots, as_json: bool) -> None:
     from symoro_elastic.analysis.control.control import with_gains
     from symoro_elastic.api import control as operations
 
     full_machine = read(machine)
     scene_of(full_machine, options.scene)
+    operation = operations.control if isinstance(options, Controlling) else operations.tune
     with progress_bar("control") as progress:
-        result = call(operations.control, full_machine, options, progress=progress)
+        result = call(operation, full_machine, options, progress=progress)
     if save:
         save_machine(with_gains(full_machine, result), save, machine)
     print_result(result, as_json, save)

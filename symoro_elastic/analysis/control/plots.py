@@ -1,4 +1,4 @@
-"""Plots of drives: Bode and Nyquist diagrams of open loops, compliances with loops closed."""
+"""Plots of drives: open loops (Bode, Nyquist), sensitivities, compliances with loops closed, stability lobes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ STYLES = {"velocity": "-", "position": "--"}
 
 @figures_of.register
 def _(control: Control) -> dict[str, Plot | str]:
-    """Return open_loops_<motor> and nyquist_<motor> for each axis, and compliances."""
+    """Return open_loops_<motor>, nyquist_<motor> and sensitivity_<motor> for each axis, and compliances."""
     plots: dict[str, Plot | str] = {}
     by_place = [loops_of(plant, control.cascades) for plant in control.plants]
     for k, cascade in enumerate(control.cascades):
@@ -55,6 +55,8 @@ def _(control: Control) -> dict[str, Plot | str]:
         )
         plots[f"open_loops_{cascade.motor}"] = Plot(f"{title}, with margins", draw, 2, size=(8.0, 5.5))
         plots[f"nyquist_{cascade.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
+        largest = f"{control.machine}: sensitivity 1/|1 + L| of {cascade.motor}, horizontal lines: largest ones allowed"
+        plots[f"sensitivity_{cascade.motor}"] = Plot(largest, partial(_sensitivity, control, axes), size=(8.0, 4.2))
     title = f"{control.machine}: compliance with all loops closed"
     return plots | {"compliances": Plot(title, partial(_compliances, control), size=(8.0, 4.2))}
 
@@ -77,7 +79,9 @@ def _lobes(lobes: Lobes, depth: Any, waves: Any) -> None:
         waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=look["color"])
     depth.set_ylim(0, HIGHEST * 1e3 * min(place.least for place in lobes.places))
     y_label(depth, "depth", "mm")
-    y_label(waves, "waves", "Hz")
+    y_label(waves, "chatter frequency", "Hz")
+    for axis in (depth, waves):
+        logarithmic(axis, "x")
     waves.set_xlabel("spindle speed, turns per minute")
     legend(depth)
 
@@ -150,6 +154,23 @@ def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
     plane.set_xlabel("real part")
     plane.set_ylabel("imaginary part")
     legend(plane)
+
+
+def _sensitivity(control: Control, axes: list[AxisLoops], magnitude: Any) -> None:
+    """Draw how much the loops of an axis reduce or enlarge an error, and the inverses of the required distances."""
+    for k, axis in enumerate(axes):
+        frequencies = plot_frequencies(axis)
+        for name, L in axis.open_loops(frequencies).items():
+            label = name if k == 0 else None
+            magnitude.plot(frequencies, -decibels(1 + L), STYLES[name], color=curve(k)["color"], label=label)
+    for name, distance in (("velocity", control.distances.velocity), ("position", control.distances.position)):
+        magnitude.axhline(-decibels(distance), linestyle=STYLES[name], color=shades().grey, linewidth=0.8)
+    logarithmic(magnitude, "x")
+    mark_multiples(magnitude, TWENTY_DECIBELS)
+    magnitude.set_ylim(bottom=LEAST_DECIBELS)
+    y_label(magnitude, "sensitivity", "dB")
+    magnitude.set_xlabel("frequency, Hz")
+    legend(magnitude)
 
 
 def _compliances(control: Control, axis: Any) -> None:

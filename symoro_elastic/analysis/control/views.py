@@ -132,7 +132,7 @@ def _(control: Control) -> list[Part]:
 
 def gains_table(control: Control) -> Table:
     """Return a row for each axis: its gains, referred to the joint and, with a ratio, to the rotor's axis."""
-    table = Table(("axis", "Kp", "Kp of the rotor", "Tn, s", "Kv, 1/s", "Kv, m/min/mm", "found"), title=control.machine)
+    table = Table(("axis", "Kp", "Kp of the rotor", "Tn, s", "Kv, 1/s", "Kv, m/min/mm", "tuned"), title=control.machine)
     for axis in control.places[0].axes:
         cascade, unit = axis.cascade, gain_unit("Kp", axis.joint)
         ratio = axis.joint.ratio.value(control.plants[0].linear.motion.parameters)
