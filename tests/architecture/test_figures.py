@@ -31,6 +31,9 @@ def test_every_run_names_its_conditions() -> None:
         assert name in figures.RUNS
         assert run["instructions"] in ("AVX2", "AVX-512") or "not recorded" in run["instructions"]
         assert run["command"] == figures.RUNS[name].command and run["processor"] and run["compilers"] and run["figures"]
-        assert run["compilers of Pinocchio"].count(",") == 1 or name in ("python_calls", "record", "problems"), (
-            "both builds"
-        )
+        assert run["compilers of Pinocchio"].count(",") == 1 or name in (
+            "python_calls",
+            "python_loops",
+            "record",
+            "problems",
+        ), "both builds"

@@ -140,10 +140,22 @@ def of_python(saved: Any, instructions: str) -> Named:
     for figure in saved["figures"]:
         start = f"{MACHINES[figure['machine']]}/{MODELS[figure['model']]}/python-{figure['states']}"
         named[f"{start}/ratio"] = figure["ratio"]
-        for contestant in ("backend c", "by ctypes", "numpy", "Pinocchio"):
+        for contestant in CONTESTANTS:
             if contestant in figure:
                 named[f"{start}/{contestant.split()[-1]}"] = figure[contestant]
     return named
+
+
+def of_loops(saved: Any, _: str) -> Named:
+    """Return microseconds of loops by contestant, and ratios over Pinocchio's binding."""
+    return {
+        f"loop/{figure['loop'].split()[0].strip(',')}/{contestant.split()[-1]}": figure[contestant]
+        for figure in saved["figures"]
+        for contestant in (*CONTESTANTS, "ratio")
+    }
+
+
+CONTESTANTS = ("backend c", "by ctypes", "numpy", "Pinocchio")
 
 
 def by_row(figures: list[dict[str, Any]]) -> Iterator[tuple[str, str, list[dict[str, Any]]]]:
@@ -162,6 +174,7 @@ RUNS = {
     "closed_chains": Measurement("closed_chains", of_closed_chains),
     "problems": Measurement("problems", of_problems),
     "python_calls": Measurement("python_calls", of_python, options=("--rounds", "150")),
+    "python_loops": Measurement("python_loops", of_loops, options=("--rounds", "60")),
     "record": Measurement("record", of_record),
 }
 """Those of AVX-512 need a processor that has it."""
@@ -199,6 +212,22 @@ def python_table(named: Named) -> str:
             cells = [f"{named[f'{machine}/{model}/{column}']:.0f}" for column in (*columns, "python-1000/numpy")]
             rows.append(f"| {title} | {model} | {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"
+
+
+def loops_table(named: Named) -> str:
+    """Return the table of loops in Python, a row for each."""
+    rows = ['| us | `"c"` | ctypes | numpy | Pinocchio | times faster than Pinocchio |\n|' + "---|" * 6]
+    for key, title in LOOPS.items():
+        cells = [f"{named[f'loop/{key}/{x}']:.3g}" for x in ("c", "ctypes", "numpy", "Pinocchio", "ratio")]
+        rows.append(f"| {title} | {' | '.join(cells)} |")
+    return "\n".join(rows) + "\n"
+
+
+LOOPS = {
+    "environment": "an environment: PD controller, step, observation",
+    "DOP853": "SciPy's DOP853, 0.1 s",
+    "128": "predictive control by 128 samples of 20 steps",
+}
 
 
 def calls_table(named: Named) -> str:
@@ -250,6 +279,7 @@ def record_table(named: Named) -> str:
 
 TABLES: Mapping[str, Callable[[Named], str]] = {
     "python": python_table,
+    "loops": loops_table,
     "calls": calls_table,
     "conditions": conditions_table,
     "shares": shares_table,
