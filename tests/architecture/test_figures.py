@@ -7,6 +7,8 @@ import pytest
 from tests.benchmarks import figures
 
 NAMED = figures.figures()
+WITHOUT_BUILDS = ("python_calls", "python_loops", "record", "problems")
+"""Runs that compile no Pinocchio, or compiled it once when they were stored."""
 PAGES = {str(path.relative_to(figures.ROOT)): page for path, page in figures.pages().items()}
 
 
