@@ -57,6 +57,9 @@ def parser() -> argparse.ArgumentParser:
     return parser
 
 
+RECURSION = "CasADi, recursion in three-vectors"
+
+
 def match(title: str, model: str, rounds: int) -> Match:
     """Peers and ours on the same states."""
     machine = MACHINES[title]()
@@ -81,6 +84,9 @@ def peers(machine: Machine, model: str, x: Array) -> list[Contestant]:
     if find_spec("casadi"):
         generated = casadi_c.generated(file, model)
         found += [casadi_c.contestant(generated, x, compiler) for compiler in COMPILERS]
+        if model == "inverse_dynamics":
+            recursion = casadi_c.recursion(machine)
+            found += [casadi_c.contestant(recursion, x, compiler, RECURSION) for compiler in COMPILERS]
     if find_spec("mujoco") and model in mujoco_c.FUNCTIONS:
         found.append(mujoco_c.contestant(BUILD / f"{machine.name}.mjb", machine, model, x))
     return found
