@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
 from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
+from symoro_elastic.mechanics.elastic_cells import CellElimination, ElasticCell, eliminate_cell, joint_accelerations
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -46,7 +47,7 @@ from symoro_elastic.mechanics.spatial import (
 
 __all__ = ["AccelerationKnown", "Dynamics", "Rule", "SingularPivot", "TorqueKnown", "dynamics"]
 
-Rules = Sequence[Rule | Cluster | None]
+Rules = Sequence[Rule | Cluster | ElasticCell | None]
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,7 @@ class Dynamics:
     reduced: dict[int, ClusterElimination] = field(default_factory=dict)
     moved: dict[int, ClusterMotion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
+    suspended: dict[int, CellElimination] = field(default_factory=dict)
 
 
 def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
@@ -87,20 +89,22 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
     """
     unknown = unknown_accelerations(mechanism, rules, base)
-    mechanism = with_tips_in_frames_before(mechanism, unknown)
+    in_cells = {j for j in unknown if isinstance(rules[j], ElasticCell)}
+    mechanism = with_tips_in_frames_before(mechanism, unknown - in_cells)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
     _start(s, base)
     _forward_known(s, qd, rules)
-    bias, gamma = bias_accelerations(mechanism, unknown, s.bias, s.gamma)
+    s.bias.update(dict.fromkeys(in_cells, AT_REST))
+    bias, gamma = bias_accelerations(mechanism, unknown - in_cells, s.bias, s.gamma)
     s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
-            _begin(s, j, link.body, link.wrench)
+            _begin(s, j, RigidInertia() if j in in_cells else link.body, link.wrench)
     _backward(s, rules)
     if base is not None:
         _solve_base(s, base)
-    _forward(s, rules)
+    _forward(s, qd, rules)
     return s
 
 
@@ -108,7 +112,7 @@ def unknown_accelerations(mechanism: Mechanism, rules: Rules, base: WrenchKnown 
     """Numbers of the bodies with unknown acceleration: those beyond a joint of known torque."""
     unknown = set() if base is None else {0}
     for j, link in mechanism.from_base():
-        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster):
+        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster | ElasticCell):
             unknown.add(j)
     return unknown
 
@@ -137,7 +141,7 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     """Accelerations [6] and wrenches [12] of bodies before any unknown acceleration."""
     for j, link in s.mechanism.from_base():
         i, rule = link.antecedent, rules[j]
-        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster):
+        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster | ElasticCell):
             continue
         qdd = rule.qdd if rule else 0
         gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
@@ -165,6 +169,10 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             if j == rule.first:
                 _reduce(s, j, i, rule)
             continue
+        elif isinstance(rule, ElasticCell):
+            if j == rule.last:
+                _suspend(s, j, rule)
+            continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
             if i not in s.vd:
@@ -186,6 +194,16 @@ def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
         s.f[o] = s.f[o] + e.alpha  # (15)
 
 
+def _suspend(s: Dynamics, j: int, cell: ElasticCell) -> None:
+    o = s.mechanism.link(cell.first).antecedent
+    s.suspended[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
+    s.f[j], s.remainder[j], s.vd[j], s.wd[j] = e.f, e.V, e.V.linear, e.V.angular
+    if o not in s.vd:
+        s.betas[o] = s.betas[o] - e.on_antecedent
+    elif o in s.f:
+        s.f[o] = s.f[o] + e.on_antecedent  # (15)
+
+
 def _eliminate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
     if not isinstance(rule, TorqueKnown):
         return prescribe(link, rule.qdd if rule else 0, s.Js[j], s.betas[j], s.gamma[j])
@@ -205,12 +223,21 @@ def _solve_base(s: Dynamics, base: WrenchKnown) -> None:
     s.vd[0], s.wd[0] = s.remainder[0] = solution.twist
 
 
-def _forward(s: Dynamics, rules: Rules) -> None:
+def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     """Recursion from the base to the tips: [33]-[36], [57]-[61]."""
     for j, link in s.mechanism.from_base():
         rule = rules[j]
         if isinstance(rule, Cluster):
             _follow(s, j, link, rule)
+        elif isinstance(rule, ElasticCell):
+            if j == rule.first:
+                o = link.antecedent
+                s.qdd.update(joint_accelerations(s.mechanism, rule, s.suspended[rule.last], s.w, qd, Twist(s.vd[o], s.wd[o])))
+                s.Gamma.update(rule.Gamma)
+            if j != rule.last:
+                V = link.before * s.remainder[link.antecedent] + s.gamma[j]
+                s.remainder[j] = link.joint_rotation * V + s.qdd[j] * link.axis
+                s.vd[j], s.wd[j] = s.remainder[j]
         elif j not in s.vd:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):

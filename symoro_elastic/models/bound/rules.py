@@ -26,6 +26,7 @@ from symoro_elastic.mechanics.coordinates import (
     transmission_forces,
 )
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rules, TorqueKnown, dynamics
+from symoro_elastic.mechanics.elastic_cells import ElasticCell, elastic_cells
 from symoro_elastic.mechanics.elimination import Rule
 from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.mechanics.loops.closing import closing_columns
@@ -68,6 +69,15 @@ class Motion:
     def dynamics_of(self, mechanism: Mechanism) -> Dynamics:
         """The dynamics of a mechanism in this motion."""
         return dynamics(mechanism, self.bound.rates(), self.rules, base_rule(self.bound))
+
+    def dynamics_by_cells(self, mechanism: Mechanism) -> Dynamics:
+        """The same with elastic cells eliminated as wholes, which costs less."""
+        rules = list(self.rules)
+        for links in elastic_cells(mechanism, {*self._lone_joints} & {*self.bound.machine.elastic}):
+            cell = ElasticCell(links, {j: self.Gamma_u[j] for j in links})
+            for j in links:
+                rules[j] = cell
+        return dynamics(mechanism, self.bound.rates(), rules, base_rule(self.bound))
 
     def accelerations(self, recursion: Dynamics) -> dict[int, Scalar]:
         """Accelerations of the independent variables."""
