@@ -1,9 +1,10 @@
 """The dynamic models [12]-[61]: one backward recursion, in which a joint's rule is data.
 
 Each joint has either its torque known (a motor in the direct model; an elastic or passive joint always) or its
-acceleration known (a motor in the inverse model), or belongs to a cluster. Where all accelerations from the base to a
-body are known, its own is known before the backward recursion and [12], [15] give its wrench; the recursion over
-articulated inertias is for the others. The base is one of the former, unless it floats under a known wrench.
+acceleration known (a motor in the inverse model), or belongs to a cluster or an elastic cell. Where all accelerations
+from the base to a body are known, its own is known before the backward recursion and [12], [15] give its wrench; the
+recursion over articulated inertias is for the others. The base is one of the former, unless it floats under a known
+wrench.
 
 In place of V' the recursion finds its remainder beyond a bias that is known beforehand (`bias_acceleration`). K, alpha
 and gamma are in the frame before the joint's rotation, where gamma is shortest; R rotates them to frame j.
@@ -17,7 +18,13 @@ from dataclasses import dataclass, field, replace
 from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
 from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
-from symoro_elastic.mechanics.elastic_cells import CellElimination, ElasticCell, eliminate_cell, joint_accelerations
+from symoro_elastic.mechanics.elastic_cells import (
+    CellElimination,
+    ElasticCell,
+    accelerations_of_joints,
+    eliminate_cell,
+    with_joined_bodies,
+)
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -56,7 +63,8 @@ class Dynamics:
 
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known, `solved`, `reduced` and `moved` solutions for the base and clusters.
+    [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `suspended` solutions for
+    the base, clusters and elastic cells.
     """
 
     mechanism: Mechanism
@@ -89,18 +97,19 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
     """
     unknown = unknown_accelerations(mechanism, rules, base)
-    in_cells = {j for j in unknown if isinstance(rules[j], ElasticCell)}
-    mechanism = with_tips_in_frames_before(mechanism, unknown - in_cells)
+    carrying = {rule.carried for rule in rules if isinstance(rule, ElasticCell)}
+    suspended = {j for j in unknown if isinstance(rules[j], ElasticCell)}
+    mechanism = with_tips_in_frames_before(with_joined_bodies(mechanism, carrying), unknown - suspended)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
     _start(s, base)
     _forward_known(s, qd, rules)
-    s.bias.update(dict.fromkeys(in_cells, AT_REST))
-    bias, gamma = bias_accelerations(mechanism, unknown - in_cells, s.bias, s.gamma)
+    s.bias.update(dict.fromkeys(suspended, AT_REST))
+    bias, gamma = bias_accelerations(mechanism, unknown - suspended, s.bias, s.gamma)
     s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
-            _begin(s, j, RigidInertia() if j in in_cells else link.body, link.wrench)
+            _begin(s, j, RigidInertia() if j in suspended else link.body, link.wrench)
     _backward(s, rules)
     if base is not None:
         _solve_base(s, base)
@@ -170,8 +179,8 @@ def _backward(s: Dynamics, rules: Rules) -> None:
                 _reduce(s, j, i, rule)
             continue
         elif isinstance(rule, ElasticCell):
-            if j == rule.last:
-                _suspend(s, j, rule)
+            if j == rule.carried:
+                _suspend(s, j, s.mechanism.link(rule.first).antecedent, rule)
             continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
@@ -194,14 +203,17 @@ def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
         s.f[o] = s.f[o] + e.alpha  # (15)
 
 
-def _suspend(s: Dynamics, j: int, cell: ElasticCell) -> None:
-    o = s.mechanism.link(cell.first).antecedent
-    s.suspended[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
-    s.f[j], s.remainder[j], s.vd[j], s.wd[j] = e.f, e.V, e.V.linear, e.V.angular
+def _suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
+    """A cell in place of a joint; j is the body that it carries, o its antecedent."""
+    try:
+        s.suspended[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
+    except ZeroDivisionError:
+        raise SingularPivot(j) from None
+    s.f[j] = e.f
     if o not in s.vd:
-        s.betas[o] = s.betas[o] - e.on_antecedent
+        s.betas[o] = s.betas[o] - e.alpha  # (L45)
     elif o in s.f:
-        s.f[o] = s.f[o] + e.on_antecedent  # (15)
+        s.f[o] = s.f[o] + e.alpha  # (15)
 
 
 def _eliminate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
@@ -230,14 +242,7 @@ def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
         if isinstance(rule, Cluster):
             _follow(s, j, link, rule)
         elif isinstance(rule, ElasticCell):
-            if j == rule.first:
-                o = link.antecedent
-                s.qdd.update(joint_accelerations(s.mechanism, rule, s.suspended[rule.last], s.w, qd, Twist(s.vd[o], s.wd[o])))
-                s.Gamma.update(rule.Gamma)
-            if j != rule.last:
-                V = link.before * s.remainder[link.antecedent] + s.gamma[j]
-                s.remainder[j] = link.joint_rotation * V + s.qdd[j] * link.axis
-                s.vd[j], s.wd[j] = s.remainder[j]
+            _follow_cell(s, j, link, rule, qd)
         elif j not in s.vd:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):
@@ -251,6 +256,23 @@ def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
         o = cluster.members.antecedent
         s.moved[j] = motion(s.reduced[j], cluster, s.remainder[o] if o in s.Js else AT_REST)
         s.qdd.update(s.moved[j].qdd)
+    _move(s, j, link)
+
+
+def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
+    """Acceleration of a body of a cell; those of its joints at its first link."""
+    e, o = s.suspended[cell.carried], link.antecedent
+    if j == cell.first:
+        s.qdd.update(accelerations_of_joints(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
+        s.Gamma.update(cell.Gamma)
+    if j == cell.carried:
+        s.vd[j], s.wd[j] = s.remainder[j] = e.V
+    else:
+        _move(s, j, link)
+
+
+def _move(s: Dynamics, j: int, link: Link) -> None:
+    """Acceleration of a body whose joint has a known one."""
     V = link.before * s.remainder[link.antecedent] + s.gamma[j]
     s.remainder[j] = link.joint_rotation * V + s.qdd.get(j, 0) * link.axis  # (L28)
     s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]

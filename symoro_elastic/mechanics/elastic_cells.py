@@ -1,20 +1,18 @@
-"""Elastic cells: six elastic joints in a row without masses or rotors between them, eliminated together.
+"""Elastic cells: six elastic joints between two bodies, with no mass and no rotor between them, eliminated together.
 
-Three slides along perpendicular axes carry three turns about axes that meet in one point O. As nothing between the
-antecedent o and the carried body j has inertia, forces of springs and dampers determine the wrench on both, whatever
-the accelerations are: K of the cell is exactly zero, and body j accelerates by its own articulated inertia.
+Three slides along perpendicular axes carry three turns about axes through one point O. Their springs and dampers
+determine the wrench on both bodies, whatever the accelerations are: K of the cell is exactly zero, and the carried body
+accelerates by its own articulated inertia.
 
-Symbols and equations (E1)-(E8) are those of docs/elastic_cells.md.
+Symbols and equations (L43)-(L49) are those of docs/loop_equations.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
-from symoro_elastic.mechanics.base_body import base_acceleration, solve_symmetric
-from symoro_elastic.mechanics.elimination import SingularPivot
+from symoro_elastic.mechanics.base_body import Solution, base_acceleration, solve_symmetric
 from symoro_elastic.mechanics.kinematics import coriolis
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench
@@ -27,6 +25,7 @@ from symoro_elastic.mechanics.spatial import (
     Axis,
     RigidInertia,
     Scalar,
+    Symmetric,
     Transform,
     Twist,
     Vector,
@@ -37,15 +36,14 @@ from symoro_elastic.mechanics.spatial import (
     is_zero,
 )
 
-Six = tuple[int, int, int, int, int, int]
-SLIDES, TURNS = slice(0, 3), slice(3, 6)
+MASSLESS = RigidInertia()
 
 
 @dataclass(frozen=True)
 class ElasticCell:
-    """Six elastic joints, slides before turns, and the forces of their springs, dampers and friction."""
+    """Six elastic joints from the base outwards, and the forces of their springs, dampers and friction by joint."""
 
-    links: Six
+    links: tuple[int, ...]
     Gamma: Mapping[int, Scalar]
 
     @property
@@ -54,155 +52,182 @@ class ElasticCell:
         return self.links[0]
 
     @property
-    def last(self) -> int:
-        """The carried body."""
+    def carried(self) -> int:
+        """The link that has the mass."""
         return self.links[-1]
+
+
+def elastic_cells(mechanism: Mechanism, elastic: Collection[int]) -> list[tuple[int, ...]]:
+    """Links of every cell among the elastic joints, by structure that holds for all values of the parameters."""
+    children: dict[int, list[int]] = {}
+    for j, link in mechanism.from_base():
+        children.setdefault(link.antecedent, []).append(j)
+    cells: list[tuple[int, ...]] = []
+    for j, _ in mechanism.from_base():
+        links = [j]
+        while len(links) < 6 and len(children.get(links[-1], ())) == 1:
+            links += children[links[-1]]
+        is_new = not any(j in cell for cell in cells)
+        if len(links) == 6 and is_new and {*links} <= {*elastic} and _is_cell([mechanism.link(k) for k in links]):
+            cells.append(tuple(links))
+    return cells
+
+
+def _is_cell(links: Sequence[Link]) -> bool:
+    slides, turns = links[:3], links[3:]
+    if any(x.axis is not Axis.PRISMATIC for x in slides) or any(x.axis is not Axis.REVOLUTE for x in turns):
+        return False
+    if any(link.body != MASSLESS or link.wrench != NO_WRENCH for link in links[:-1]):
+        return False
+    _, second, third = slides
+    across = third.before.to_child(second.transform.to_child(EZ)).z
+    cosines = (across, *(link.before.to_child(EZ).z for link in (second, third, *turns[1:])))
+    shifts = (step.shift for link in turns[1:] for step in link.before.steps)
+    rotors = (link.rotor_inertia for link in links)
+    return all(map(is_zero, (*cosines, *shifts, *rotors))) and all(link.before.permutes for link in turns[1:])
+
+
+def with_joined_bodies(mechanism: Mechanism, carried: Collection[int]) -> Mechanism:
+    """The mechanism in which bodies on fixed frames belong to the carried bodies of cells that they are fixed to.
+
+    The inertia of a body that carries nothing else then is constant.
+    """
+    rigid, links = {*carried}, list(mechanism.links)
+    rigid.update(j for j, link in mechanism.from_base() if link.axis is Axis.NONE and link.antecedent in rigid)
+    for j, link in mechanism.from_tips():
+        if j in rigid and j not in carried:
+            i = link.antecedent - 1
+            body = links[i].body + links[j - 1].body.to_antecedent(link.transform)
+            links[i], links[j - 1] = replace(links[i], body=body), replace(links[j - 1], body=MASSLESS)
+    return replace(mechanism, links=tuple(links))
+
+
+@dataclass(frozen=True)
+class CellGeometry:
+    """A cell at a position: `to_point` leads from the antecedent o to O before the first turn, `turns` on to body j.
+
+    u is z_4 in the frame before the second turn, v is z_6 in the frame after it: unit vectors of these frames.
+    """
+
+    links: tuple[Link, ...]
+    to_point: Transform
+    turns: Transform
+    u: Vector
+    v: Vector
+    s: Scalar
+    h: Scalar
+
+
+@dataclass(frozen=True)
+class CentralInertia:
+    """A rigid body by its centre of mass c and the inertia J about it, constant in its frame, and their inverses."""
+
+    Minv: Scalar
+    c: Vector
+    J: Symmetric
+    Jinv: Symmetric
 
 
 @dataclass(frozen=True)
 class CellElimination:
-    """Wrench on the antecedent in its frame, wrench and acceleration of the carried body in the frame of that.
+    """What a cell exerts on its antecedent, in its frame, and on the carried body, and the acceleration of that."""
 
-    `inverse` is h and `sine` sigma of (E2).
-    """
-
-    on_antecedent: Wrench
+    geometry: CellGeometry
+    alpha: Wrench
     f: Wrench
+    inertia: CentralInertia | Solution
     V: Twist
-    inverse: Scalar
-    sine: Scalar
-
-
-def elastic_cells(mechanism: Mechanism, elastic: Collection[int]) -> list[Six]:
-    """The cells among the elastic joints, by structure: what holds for all values of the parameters."""
-    children: dict[int, list[int]] = {}
-    for j, link in mechanism.from_base():
-        children.setdefault(link.antecedent, []).append(j)
-    cells: list[Six] = []
-    for first, _ in mechanism.from_base():
-        links = [first]
-        while len(links) < 6 and len(children.get(links[-1], ())) == 1:
-            links += children[links[-1]]
-        taken = any(first in cell for cell in cells)
-        if len(links) == 6 and not taken and {*links} <= {*elastic} and _is_cell(mechanism, links):
-            a, b, c, d, e, f = links
-            cells.append((a, b, c, d, e, f))
-    return cells
-
-
-def _is_cell(mechanism: Mechanism, numbers: Sequence[int]) -> bool:
-    links = [mechanism.link(j) for j in numbers]
-    axes = [link.axis for link in links]
-    massless = all(link.body == RigidInertia() and link.wrench == NO_WRENCH for link in links[:-1])
-    if axes != [Axis.PRISMATIC] * 3 + [Axis.REVOLUTE] * 3 or not massless:
-        return False
-    if not all(is_zero(link.rotor_inertia) for link in links):
-        return False
-    meet = all(is_zero(step.shift) for link in links[4:] for step in link.before.steps)
-    perpendicular = all(is_zero(link.before.to_child(EZ).z) for link in (*links[1:3], *links[4:]))
-    across = links[2].before.to_child(links[1].transform.to_child(EZ))
-    quarter = all(link.before.permutes for link in links[4:])
-    return meet and perpendicular and quarter and is_zero(across.z)
 
 
 def eliminate_cell(
     mechanism: Mechanism, cell: ElasticCell, w: Sequence[Vector], Js: ArticulatedInertia, betas: Wrench
 ) -> CellElimination:
-    """Wrenches of a cell, and the acceleration of the body that it carries.
+    """Wrenches of a cell (L43)-(L45), and the acceleration of its carried body (L46), (L47).
 
-    `Js` and `betas` are what the links beyond add to the body's own inertia and velocity terms. Raises `SingularPivot`
-    where a motion of the body meets no inertia.
+    `Js` and `betas` are what bodies beyond the carried one add to it. Raises `ZeroDivisionError` where a motion of the
+    carried body meets no inertia.
     """
-    links, Gamma = [mechanism.link(j) for j in cell.links], [cell.Gamma[j] for j in cell.links]
+    g = _geometry(mechanism, cell)
+    force, before, after = _forces(g, [cell.Gamma[j] for j in cell.links])
+    on_o = g.to_point.to_antecedent(force)
+    moment = g.to_point.to_antecedent(before) + cross(g.to_point.origin, on_o)
+    f = Wrench(g.turns.to_child(force), g.links[5].transform.to_child(after))  # (L45)
+    body, w_j = g.links[5].body, w[cell.carried]
+    if all(is_zero(x) for row in Js.rows for x in row):
+        central = _central(body)
+        return CellElimination(g, Wrench(on_o, moment), f, central, _alone(central, w_j, f + betas))
+    solution = base_acceleration(body.spatial + Js, f + betas + bias_wrench(body, w_j, AT_REST))  # (L46)
+    return CellElimination(g, Wrench(on_o, moment), f, solution, solution.twist)
+
+
+def _geometry(mechanism: Mechanism, cell: ElasticCell) -> CellGeometry:
+    links = tuple(mechanism.link(j) for j in cell.links)
+    fourth, fifth, sixth = links[3:]
+    slides = Transform(tuple(step for link in links[:3] for step in link.transform.steps))
+    turns = Transform((fourth.joint_rotation.step, *fifth.transform.steps, *sixth.transform.steps))
+    u, v = fifth.before.to_child(EZ), sixth.before.to_antecedent(EZ)
+    z_6 = fifth.joint_rotation.step.rotate(v)
+    h = 1 / dot(z_6, cross(EZ, u))  # (L44)
+    return CellGeometry(links, fourth.before.after(slides), turns, u, v, dot(z_6, u), h)
+
+
+def _forces(g: CellGeometry, Gamma: Sequence[Scalar]) -> tuple[Vector, Vector, Vector]:
+    """Force and moment before the first turn, and the same moment after the second turn."""
+    *pushes, Gamma_4, Gamma_5, Gamma_6 = Gamma
     force = ZERO
-    for link, push in zip(links[SLIDES], Gamma[SLIDES], strict=True):
-        force = link.transform.to_child(force) + push * EZ  # (E1)
-    G4, G5, G6 = Gamma[TURNS]
-    u, v = _fixed_axes(links)
-    z6 = links[4].joint_rotation.T * Twist(v, v)
-    e, n = cross(EZ, u), cross(EZ, v)
-    h, sine = 1 / dot(z6.linear, e), dot(z6.linear, u)
-    before = G4 * u + G5 * EZ + h * (G6 - sine * G4) * e  # (E2)
-    after = G6 * v + G5 * EZ - h * (G4 - sine * G6) * n  # (E2)
-    carried = force
-    for link in links[TURNS]:
-        carried = link.transform.to_child(carried)
-    f = Wrench(carried, links[5].transform.to_child(after))  # (E3)
-    moment = links[3].transform.to_antecedent(links[4].before.to_antecedent(before))
-    on_o = Wrench(links[3].transform.to_antecedent(links[3].transform.to_child(force)), moment)
-    on_o = Wrench(links[3].before.to_antecedent(links[3].before.to_child(force)), moment)
-    return CellElimination(_at_antecedent(links, force, moment), f, _acceleration(links[5], cell.last, w[cell.last], Js, f + betas), h, sine)
+    for link, push in zip(g.links[:3], pushes, strict=True):
+        force = link.transform.to_child(force) + push * EZ  # (L43)
+    _, _, _, fourth, fifth, _ = g.links
+    along = Gamma_5 * EZ
+    before = along + Gamma_4 * g.u + g.h * (Gamma_6 - g.s * Gamma_4) * cross(EZ, g.u)  # (L44)
+    after = along + Gamma_6 * g.v - g.h * (Gamma_4 - g.s * Gamma_6) * cross(EZ, g.v)  # (L44)
+    before = fourth.joint_rotation.step.rotate(fifth.before.to_antecedent(before))
+    return fourth.before.to_child(force), before, after
 
 
-def _at_antecedent(links: Sequence[Link], force: Vector, moment: Vector) -> Wrench:
-    shift = Transform(links[3].before.steps)
-    to_o = Transform(tuple(step for link in links[:3] for step in link.transform.steps))
-    return to_o.T * Wrench(force, moment + cross(shift.origin, force))
+def _central(body: RigidInertia) -> CentralInertia:
+    Minv = 1 / body.mass
+    c = Minv * body.moments
+    J = RigidInertia.about_center(-body.mass, c, body.inertia).inertia
+    columns = [solve_symmetric(J.full, e).x for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = columns
+    return CentralInertia(Minv, c, J, Symmetric(xx, xy, xz, yy, yz, zz))
 
 
-def _fixed_axes(links: Sequence[Link]) -> tuple[Vector, Vector]:
-    """z_4 in the frame before the second turn, and z_6 in the frame after it: constant, perpendicular to z_5."""
-    return links[4].before.to_child(EZ), links[5].before.to_antecedent(EZ)
+def _alone(body: CentralInertia, w: Vector, f: Wrench) -> Twist:
+    """Acceleration of a body that carries nothing but cells, under the wrench f, by that of its centre of mass."""
+    wd = body.Jinv * (f.moment - cross(body.c, f.force) - cross(w, body.J * w))  # (L47)
+    return Twist(body.Minv * f.force - hat_plus_hat_squared(w, wd) * body.c, wd)  # (L47)
 
 
-def _acceleration(link: Link, j: int, w: Vector, Js: ArticulatedInertia, f: Wrench) -> Twist:
-    try:
-        if all(is_zero(x) for row in Js.rows for x in row):
-            return _of_rigid_body(link.body, w, f)
-        return base_acceleration(link.body.spatial + Js, f + bias_wrench(link.body, w, AT_REST)).twist  # (E4)
-    except ZeroDivisionError:
-        raise SingularPivot(j) from None
-
-
-def _of_rigid_body(body: RigidInertia, w: Vector, f: Wrench) -> Twist:
-    """Acceleration of a body under the wrench f alone, by its inertia about the centre of mass, which is constant."""
-    c = (1 / body.mass) * body.moments
-    (x, y, z), (mx, my, mz) = c, body.moments
-    xx, xy, xz, yy, yz, zz = body.inertia
-    rows = (
-        (xx - (y * my + z * mz), xy + x * my, xz + x * mz),
-        (xy + x * my, yy - (x * mx + z * mz), yz + y * mz),
-        (xz + x * mz, yz + y * mz, zz - (x * mx + y * my)),
-    )
-    columns = [solve_symmetric(rows, e).x for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
-    J_w = Vector(*(dot(Vector(*row), w) for row in rows))
-    moment = f.moment - cross(c, f.force) - cross(w, J_w)
-    wd = Vector(*(dot(Vector(*(columns[max(i, k)][min(i, k)] for k in range(3))), moment) for i in range(3)))  # (E5)
-    return Twist((1 / body.mass) * f.force - hat_plus_hat_squared(w, wd) * c, wd)  # (E5)
-
-
-def joint_accelerations(
-    mechanism: Mechanism, cell: ElasticCell, e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], Vd_o: Twist
+def accelerations_of_joints(
+    cell: ElasticCell, e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], V_o: Twist
 ) -> dict[int, Scalar]:
-    """Accelerations of the six joints from those of the carried body and of the antecedent o, gravity subtracted."""
-    links, rates = [mechanism.link(j) for j in cell.links], [qd[j] for j in cell.links]
-    o = links[0].antecedent
-    qdd = _of_turns(links, [w[link.antecedent] for link in links], rates, e, Vd_o.angular)
-    point = e.V.linear
-    for link in reversed(links[TURNS]):
-        point = link.transform.to_antecedent(point)
-    steps = tuple(step for link in (*links[SLIDES], replace(links[3], transform=links[3].before)) for step in link.transform.steps)
-    p, slide = Transform(steps).origin, ZERO
-    for link, rate in zip(links[SLIDES], rates[SLIDES], strict=True):
-        slide = link.transform.to_child(slide) + rate * EZ
-    for link in reversed(links[SLIDES]):
-        point, slide = link.transform.to_antecedent(point), link.transform.to_antecedent(slide)
-    left = point - Vd_o.linear - hat_plus_hat_squared(w[o], Vd_o.angular) * p - cross(w[o], slide + slide)  # (E7)
-    along = []
-    for link in links[SLIDES]:
+    """Accelerations of the six joints from those of the carried body and of the antecedent, without gravity."""
+    rates = [qd[j] for j in cell.links]
+    qdd = (*_of_slides(e, w, rates, V_o), *_of_turns(e, w, rates, V_o.angular))
+    return dict(zip(cell.links, qdd, strict=True))
+
+
+def _of_slides(e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], V_o: Twist) -> list[Scalar]:
+    g, slides = e.geometry, e.geometry.links[:3]
+    w_o, shift, qdd = w[slides[0].antecedent], ZERO, list[Scalar]()
+    for link, rate in zip(slides, qd, strict=False):
+        shift = link.transform.to_child(shift) + rate * EZ
+    shift = g.to_point.to_antecedent(g.links[3].before.to_child(shift))
+    point = g.to_point.to_antecedent(g.turns.to_antecedent(e.V.linear))
+    left = point - V_o.linear - hat_plus_hat_squared(w_o, V_o.angular) * g.to_point.origin - cross(w_o, shift + shift)
+    for link in slides:
         left = link.transform.to_child(left)
-        along.append(left.z)
-    return dict(zip(cell.links, (*along, *qdd), strict=True))
+        qdd.append(left.z)  # (L49)
+    return qdd
 
 
-def _of_turns(
-    links: Sequence[Link], w: Sequence[Vector], qd: Sequence[Scalar], e: CellElimination, wd_o: Vector
-) -> tuple[Scalar, Scalar, Scalar]:
-    wd = wd_o
-    for link, w_i, rate in zip(links[:5], w, qd, strict=False):
-        wd = link.transform.to_child(wd) + coriolis(link, w_i, rate).angular
-    last = links[5]
-    delta = last.transform.to_antecedent(e.V.angular - coriolis(last, w[5], qd[5]).angular) - wd
-    _, v = _fixed_axes(links)
-    first = -e.inverse * dot(delta, cross(EZ, v))
-    return first, delta.z, dot(delta, v) - e.sine * first  # (E6)
+def _of_turns(e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], wd_o: Vector) -> tuple[Scalar, ...]:
+    g, sixth, wd = e.geometry, e.geometry.links[5], wd_o
+    for link, rate in zip(g.links[:5], qd, strict=False):
+        wd = link.transform.to_child(wd) + coriolis(link, w[link.antecedent], rate).angular
+    by_last = coriolis(sixth, w[sixth.antecedent], qd[5]).angular
+    d = sixth.transform.to_antecedent(e.V.angular - by_last) - wd
+    first = -g.h * dot(d, cross(EZ, g.v))
+    return first, d.z, dot(d, g.v) - g.s * first  # (L48)

@@ -9,6 +9,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.base_body import Solution
 from symoro_elastic.mechanics.clusters import ClusterElimination
 from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.elastic_cells import CellElimination
 from symoro_elastic.mechanics.factorization import Factorization
 from symoro_elastic.mechanics.kinematics import Frame
 from symoro_elastic.mechanics.lagrange import InertiaMatrix
@@ -126,17 +127,17 @@ def _name_base(names: Names, recursion: Dynamics, backward: Section, forward: Se
     if 0 in recursion.Js:
         _name_inertia(names, recursion.Js[0], "Js0", backward)
         _name_six(names, recursion.betas[0], "bs0", backward)
-        _name_solution(names, recursion.solved[0], forward)
+        _name_solution(names, recursion.solved[0], 0, forward)
     _name_acceleration(names, recursion, 0, forward)
     _name_six(names, recursion.f[0], "f0", forward)
 
 
-def _name_solution(names: Names, solved: Solution, section: Section) -> None:
+def _name_solution(names: Names, solved: Solution, j: int, section: Section) -> None:
     for k, (row, inverse, reduced) in enumerate(zip(solved.left, solved.inverses, solved.reduced, strict=True)):
         for m, x in enumerate(row[: k + 1]):
-            names.give(x, f"Lb0_{k + 1}{m + 1}", section)
-        names.give(inverse, f"Db0_{k + 1}", section)
-        names.give(reduced, f"fb0_{k + 1}", section)
+            names.give(x, f"Lb{j}_{k + 1}{m + 1}", section)
+        names.give(inverse, f"Db{j}_{k + 1}", section)
+        names.give(reduced, f"fb{j}_{k + 1}", section)
 
 
 def _name_acceleration(names: Names, recursion: Dynamics, j: int, section: Section) -> None:
@@ -197,6 +198,8 @@ def _name_backward(names: Names, recursion: Dynamics, j: int, section: Section) 
     _name_six(names, recursion.betas[j], f"bs{j}", section)
     if j in recursion.reduced:
         _name_cluster(names, recursion.reduced[j], j, section)
+    if j in recursion.suspended:
+        _name_cell(names, recursion.suspended[j], j, section)
     if j not in recursion.eliminated:
         return
     eliminated = recursion.eliminated[j]
@@ -220,6 +223,21 @@ def _name_cluster(names: Names, reduced: ClusterElimination, first: int, section
         _name_six(names, reduced.U[k], f"U{k}", section)
     _name_inertia(names, reduced.K, f"K{first}", section)
     _name_six(names, reduced.alpha, f"al{first}", section)
+
+
+def _name_cell(names: Names, cell: CellElimination, j: int, section: Section) -> None:
+    """Name the quantities of an elastic cell by the body that it carries."""
+    names.give(cell.geometry.h, f"hc{j}", section)
+    _name_six(names, cell.alpha, f"al{j}", section)
+    if isinstance(cell.inertia, Solution):
+        _name_solution(names, cell.inertia, j, section)
+        return
+    body = cell.inertia
+    names.give(body.Minv, f"Minv{j}", section)
+    _name_vector(names, body.c, f"rc{j}", section)
+    for quantity, entries in (("Jm", body.J), ("Jminv", body.Jinv)):
+        for entry, x in zip(INERTIA_ENTRIES, entries, strict=True):
+            names.give(x, f"{quantity}{j}_{entry}", section)
 
 
 def name_composites(bound: Bound, inertia: InertiaMatrix) -> None:
