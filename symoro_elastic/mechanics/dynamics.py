@@ -35,6 +35,7 @@ from symoro_elastic.mechanics.elimination import (
     joint_acceleration,
     prescribe,
 )
+from symoro_elastic.mechanics.flexible_inertia import ModalMotion, Modes
 from symoro_elastic.mechanics.kinematics import Scalars, angular_motion, angular_velocities, coriolis, velocity_terms
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
@@ -64,7 +65,7 @@ class Dynamics:
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
     [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `suspended` solutions for
-    the base, clusters and elastic cells.
+    the base, clusters and elastic cells. `flexible` are the motions of modes, by the number of each.
     """
 
     mechanism: Mechanism
@@ -87,6 +88,7 @@ class Dynamics:
     moved: dict[int, ClusterMotion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
     suspended: dict[int, CellElimination] = field(default_factory=dict)
+    flexible: dict[int, ModalMotion] = field(default_factory=dict)
 
 
 def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
@@ -102,6 +104,9 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     mechanism = with_tips_in_frames_before(with_joined_bodies(mechanism, carrying), unknown - suspended)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
+    for j, link in mechanism.from_base():
+        if link.modes is not None:
+            s.flexible.update(dict.fromkeys(link.modes.numbers, link.modes.motion(w[j], qd)))
     _start(s, base)
     _forward_known(s, qd, rules)
     s.bias.update(dict.fromkeys(suspended, AT_REST))
@@ -109,7 +114,8 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
-            _begin(s, j, RigidInertia() if j in suspended else link.body, link.wrench)
+            wrench = link.wrench if link.modes is None else link.wrench + _of_modes(s, link.modes, rules)
+            _begin(s, j, RigidInertia() if j in suspended else link.body, wrench)
     _backward(s, rules)
     if base is not None:
         _solve_base(s, base)
@@ -158,7 +164,19 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
         s.vd[j] = _origin_acceleration(link, s.vd[i], s.U[i], s.U[j]) + (gamma + gain)  # (6)
         s.bias[j], s.remainder[j] = Twist(s.vd[j], ZERO), Twist(ZERO, s.wd[j])
         s.F[j] = newton_euler(link.body, s.w[j], s.wd[j], s.vd[j], s.U[j])  # (12)
+        if link.modes is not None:
+            s.F[j] = s.F[j] + _of_modes(s, link.modes, rules)
         s.f[j] = s.F[j] + link.wrench
+
+
+def _of_modes(s: Dynamics, modes: Modes, rules: Rules) -> Wrench:
+    """The wrench that velocities and known accelerations of modes require on their body (L52), (L53), (L55)."""
+    return s.flexible[modes.numbers[0]].wrench(_known_of_modes(modes, rules))
+
+
+def _known_of_modes(modes: Modes, rules: Rules) -> dict[int, Scalar]:
+    pairs = ((j, rules[j]) for j in modes.numbers)
+    return {j: rule.qdd for j, rule in pairs if isinstance(rule, AccelerationKnown)}
 
 
 def _origin_acceleration(link: Link, vd_i: Vector, U_i: Matrix, U_j: Matrix) -> Vector:
@@ -196,7 +214,8 @@ def _backward(s: Dynamics, rules: Rules) -> None:
 
 def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
     """A cluster in place of a joint; o is its antecedent."""
-    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(o, AT_REST))
+    B_o = s.remainder.get(o, AT_REST)
+    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, B_o, s.flexible, s.bias)
     if o not in s.vd:
         s.Js[o], s.betas[o] = s.Js[o] + e.K, s.betas[o] - e.alpha  # (L27)
     elif o in s.f:
@@ -248,6 +267,9 @@ def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
         if isinstance(rule, AccelerationKnown):
             s.qdd[j] = rule.qdd
             s.Gamma[j] = link.axis.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
+            if j in s.flexible:
+                V, known = (s.vd[link.antecedent], s.wd[link.antecedent]), _known_of_modes(s.flexible[j].modes, rules)
+                s.Gamma[j] = s.Gamma[j] + s.flexible[j].force(j, V, known)  # (L55)
 
 
 def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:

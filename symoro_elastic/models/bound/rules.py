@@ -144,10 +144,12 @@ class Motion:
     def _transmissions(self) -> tuple[Members, ...]:
         """Clusters of independent joints only, whose known accelerations are of joints that follow none."""
         independent = {*self.bound.machine.independent}
+        modal = {j for _, modes in self.bound.machine.flexible_bodies.values() for j in modes}
         return tuple(
             members
             for members in self.members
             if all(j in independent for j in members.links if j in self.S)
+            and modal.isdisjoint(members.links)
             and not any(self._C[j] for j in members.links if j in self.known)
             and any(j not in self.known for j in members.links if j in self.S)
         )

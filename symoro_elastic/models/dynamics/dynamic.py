@@ -140,7 +140,7 @@ def _gravity_forces(bound: Bound, joints: Joints) -> Results:
 
 def _external_forces(bound: Bound, joints: Joints) -> Results:
     """Torques that balance the external wrenches."""
-    bodiless = tuple(replace(link, body=RigidInertia()) for link in bound.mechanism.links)
+    bodiless = tuple(replace(link, body=RigidInertia(), modes=None) for link in bound.mechanism.links)
     base = None if bound.mechanism.body is None else RigidInertia()
     return _bias_of(bound, joints, replace(bound.mechanism, links=bodiless, body=base, wrench=NO_WRENCH), at_rest=True)
 
