@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
@@ -450,6 +451,7 @@ MACHINE = Section(
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(
+            _table("beams", BEAMS),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
@@ -463,6 +465,6 @@ MACHINE = Section(
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
     *map(section_of, OF_JOINTS),
-    *(BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
+    *(BEAMS, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""
