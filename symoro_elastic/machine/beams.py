@@ -41,6 +41,8 @@ FITTED, GAUSS, EQUAL = RULES = ("fitted", "gauss", "equal")
 """Fitted places; those of Gauss and Legendre, for beams under high axial load; the middles of equal pieces."""
 MOST_JOINTS = 20
 """Of a beam by the rules gauss and equal."""
+MOST_MODES = 8
+"""Of a direction: polynomials of a higher degree lose digits."""
 CLAMPED = 3.5160152685
 """First root of cosh(sqrt(x)) cos(sqrt(x)) = -1: w1 = x sqrt(EI/(m L^3)) of a clamped beam of mass m."""
 TRANSVERSE = {"x": ("y", "z"), "y": ("z", "x"), "z": ("x", "y")}
@@ -118,6 +120,7 @@ class Beam:
     in `bends`. `mass` is per length, kg/m, `inertia` by direction the inertia per length, kg m, of the section about
     the axis at right angles to that direction, and about its own axis by "torsion". `damping` is the ratio of every
     kind of bending at its first frequency with the root clamped and the tip free. `doubts` say what is implausible.
+    With `modes` it bends by so many in each direction in place of joints; with `stiffening` tension stiffens it.
     """
 
     name: str
@@ -131,6 +134,13 @@ class Beam:
     joints: int
     bends: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+    modes: int = 0
+    stiffening: bool = False
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """All its formulas."""
+        return (self.length, *self.stiffness.values(), self.mass, *self.inertia.values(), self.damping)
 
     @property
     def transverse(self) -> tuple[str, str]:
@@ -142,6 +152,10 @@ class Beam:
         is_bar = kind in (TORSION, AXIAL)
         joints = (self.joints + 1) // 2 if is_bar else self.joints
         return places_of(self.rule, joints, is_bar)
+
+    def modes_of(self, kind: str) -> int:
+        """Number of modes of a kind: half as many of torsion and tension."""
+        return (self.modes + 1) // 2 if kind in (TORSION, AXIAL) else self.modes
 
     def spring(self, kind: str, share: float) -> tuple[str, str]:
         """Stiffness and damping of a joint with this fraction of the compliance: k = EI/(w L), d = 2 zeta k/w1.

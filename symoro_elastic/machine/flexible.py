@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
 
 Numbers: TypeAlias = tuple[float, ...]
 Rows: TypeAlias = tuple[Numbers, ...]
+
+
+ROUNDING = 1e-12
+"""Of the largest integral of a kind: smaller ones are rounding."""
 
 
 @dataclass(frozen=True)
@@ -26,3 +35,36 @@ class FlexibleBody:
     T0: tuple[Rows, ...]
     T1: tuple[tuple[Rows, ...], ...]
     Mee: Rows
+
+    @classmethod
+    def of(cls, joint: str, modes: Sequence[str], integrals: Mapping[str, Array]) -> Self:
+        """The body of a row by its integrals; entries that are rounding only become zero."""
+        exact = {
+            key: np.where(np.abs(x) > ROUNDING * np.abs(x).max(initial=0.0), x, 0.0) for key, x in integrals.items()
+        }
+        return cls(joint, tuple(modes), **{key: _tuples(x) for key, x in exact.items()})
+
+
+def integrals_of(mass: Array, x: Array, phi: Array, s: Array) -> dict[str, Array]:
+    """Return the integrals of a body of n points by its mass (n,), x (n, 3), phi (m, n, 3) and s (m, m, n, 3).
+
+    Mass may be a matrix (n, n), the scalar one of solid elements, which interpolate displacements as coordinates.
+    """
+    m = np.diag(mass) if mass.ndim == 1 else mass
+    weighted, moved = m @ x, np.einsum("ij,kja->kia", m, phi)
+    return {
+        "Ct0": moved.sum(axis=1),
+        "Ct1": np.einsum("i,klia->kla", m.sum(axis=0), s),
+        "T0": np.einsum("ia,kib->kab", x, moved),
+        "T1": np.einsum("lia,kib->klab", phi, moved) + np.einsum("ia,klib->klab", weighted, s),
+        "Mee": np.einsum("kia,lia->kl", phi, moved),
+    }
+
+
+def without_rounding(x: Array) -> Array:
+    """Return an array whose entries are zero where they are rounding only."""
+    return np.where(np.abs(x) > ROUNDING * np.abs(x).max(initial=0.0), x, 0.0)
+
+
+def _tuples(x: Any) -> Any:
+    return tuple(map(_tuples, x)) if np.ndim(x) else float(x)

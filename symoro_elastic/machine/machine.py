@@ -337,6 +337,12 @@ class Machine(Shown):
             for j in numbers:
                 raise self.error(f"friction, {self.joint(j).name}", f"{task} {why}")
 
+    def refuse_flexible(self, task: str) -> None:
+        """Raise `InputError` where a body bends by modes, whose integrals over the mass a task does not know."""
+        for body in self.flexible:
+            what = f"{task} does not know the integrals of its modes: give a beam joints in place of modes"
+            raise self.error(f"flexible body {body.joint}", what)
+
     @cached_property
     def with_backlash(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints whose springs have backlash, in table order."""

@@ -178,7 +178,7 @@ def without_modes(mechanism: Mechanism) -> Mechanism:
 
 def _sum(vectors: Sequence[Vector], factors: Sequence[Scalar], start: Vector) -> Vector:
     for v, x in zip(vectors, factors, strict=True):
-        if v != ZERO and not is_zero(x):
+        if not (all(map(is_zero, v)) or is_zero(x)):
             start = start + v * x
     return start
 
@@ -194,6 +194,6 @@ def _quadratic(vectors: Sequence[Sequence[Vector]], rates: Sequence[Scalar]) -> 
     for k, x in enumerate(rates):
         for m in range(k + 1):
             both = vectors[k][m] if m == k else vectors[k][m] + vectors[m][k]
-            if both != ZERO:
+            if not all(map(is_zero, both)):
                 total = total + both * (x * rates[m])
     return total

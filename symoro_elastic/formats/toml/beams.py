@@ -23,6 +23,7 @@ from symoro_elastic.machine.beams import (
     FITTED,
     FITTED_BENDING,
     MOST_JOINTS,
+    MOST_MODES,
     RULES,
     SIZES,
     TORSION,
@@ -125,6 +126,20 @@ JOINTS = Key(
     default=4,
     otherwise="4",
 )
+MODES = Key(
+    *("modes", Type("whole number", {"type": "integer", "minimum": 1}, lambda table, key: table.whole(key))),
+    "number of modes in each direction, in place of joints: small deflections; of torsion and tension half as many",
+    "3",
+    default=0,
+    otherwise="joints",
+)
+STIFFENING = Key(
+    *("stiffening", keys.TRUTH),
+    "whether tension and turning stiffen a beam by modes, and pressure weakens it",
+    "true",
+    default=False,
+    otherwise="false",
+)
 RULE = Key(
     *("rule", one_of(RULES), "where the joints are: fitted to frequencies, at the points of Gauss, or in equal pieces"),
     '"gauss"',
@@ -145,7 +160,7 @@ BEAMS = Section(
     "rows NAME_y1, NAME_z1, NAME_torsion1 ... of kind elastic, with rigid pieces between them.",
     (
         *(ALONG, LENGTH, SECTION, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA),
-        *(DAMPING, JOINTS, RULE, BENDS),
+        *(DAMPING, JOINTS, RULE, MODES, STIFFENING, BENDS),
     ),
     "joint",
 )
@@ -171,6 +186,7 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
             raise table.fail(BENDS.name, f"{kind} needs {'GJ' if kind == TORSION else 'EA'}, or a section and E")
     if TORSION in bends and TORSION not in inertia:
         raise table.fail(LINE_INERTIA.name, "is missing: torsion needs it, as 2*I*density; or give a section")
+    modes, stiffening = _modes(table)
     rule, joints = RULE.read(table), JOINTS.read(table)
     least, most = (min(FITTED_BENDING), max(FITTED_BENDING)) if rule == FITTED else (1, MOST_JOINTS)
     if not least <= joints <= most:
@@ -179,7 +195,25 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     inertia = {TORSION: "0", **dict.fromkeys(both, "0"), **inertia}
     damping = DAMPING.read(table).text
     doubts = tuple(_doubts(table, values)) if is_by_section else ()
-    return Beam(name, along, length.text, stiffness, mass, inertia, damping, rule, joints, bends, doubts)
+    numbers = (rule, joints, bends, doubts, modes, stiffening)
+    beam = Beam(name, along, length.text, stiffness, mass, inertia, damping, *numbers)
+    names = sorted({x for text in beam.cells for x in Formula.parse(text).names} - {"pi"}) if modes else []
+    if names:
+        what = f"modes are numbers of the file, and {quote(names[0])} is a name: write its value, or joints"
+        raise table.fail(MODES.name, what)
+    return beam
+
+
+def _modes(table: Table) -> tuple[int, bool]:
+    """Number of modes, 0 of a beam by joints, and whether tension stiffens it."""
+    modes, stiffening = MODES.read(table), STIFFENING.read(table)
+    if modes and (other := next((key.name for key in (JOINTS, RULE) if key.name in table.entries), "")):
+        raise table.fail(other, "belongs to a beam by joints: leave it out, or modes")
+    if MODES.name in table.entries and not 1 <= modes <= MOST_MODES:
+        raise table.fail(MODES.name, f"{modes} is not from 1 to {MOST_MODES}")
+    if stiffening and not modes:
+        raise table.fail(STIFFENING.name, "belongs to a beam by modes: joints follow large deflections by themselves")
+    return modes, stiffening
 
 
 def _refuse_value(table: Table, key: Key, cell: Formula, values: Mapping[str, float]) -> None:
@@ -268,9 +302,7 @@ def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
 def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
     """The rows of a beam below that of its root, and their bodies and springs by name."""
     first, second = beam.transverse
-    u = np.eye(3)["xyz".index(beam.along[-1])] * (-1 if beam.along[0] == "-" else 1)
-    w = np.eye(3)["xyz".index(second)]
-    root = np.array([u, np.cross(w, u), w])
+    root = own_axes(beam)
     frames = {first: np.eye(3), second: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
     frames |= dict.fromkeys((TORSION, AXIAL), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
     rows = [{"name": f"{beam.name}_root", "kind": "fixed", **displacement(root, np.eye(3))}]
@@ -294,6 +326,13 @@ def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
             springs[label] = dict(zip(("stiffness", "damping"), beam.spring(kind, share), strict=True))
         rows.append({"name": label, **({} if kind else {"kind": "fixed"}), **cells})
     return rows, {"bodies": bodies, "springs": springs}
+
+
+def own_axes(beam: Beam) -> Array:
+    """Axes u, v, w of a beam (3, 3), rows in the frame of its row."""
+    u = np.eye(3)["xyz".index(beam.along[-1])] * (-1 if beam.along[0] == "-" else 1)
+    w = np.eye(3)["xyz".index(beam.transverse[1])]
+    return np.array([u, np.cross(w, u), w])
 
 
 def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:

@@ -14,9 +14,11 @@ import numpy as np
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, beam_of, rows_of
+from symoro_elastic.formats.toml.modal_rows import flexible_body, modal_rows
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import SELECTED, Kind
 from symoro_elastic.machine.machine import Machine
@@ -66,13 +68,18 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
     return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
 
 
-def expanded(top: Table, beams: Iterable[Beam]) -> Table:
+def flexible_bodies(beams: Iterable[Beam], values: Mapping[str, float]) -> tuple[FlexibleBody, ...]:
+    """The bodies of beams by modes."""
+    return tuple(flexible_body(beam, values) for beam in beams if beam.modes)
+
+
+def expanded(top: Table, beams: Iterable[Beam], values: Mapping[str, float]) -> Table:
     """The top table of a file with ordinary rows in place of cells of six degrees and of beams; raises `InputError`."""
     by_row = {beam.name: beam for beam in beams}
     rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
     if not by_row and not any(_is_cell(row) for row in rows):
         return top
-    parts = [_with_beam(_part(top, row), by_row.get(row.text("name"))) for row in rows]
+    parts = [_with_beam(_part(top, row), by_row.get(row.text("name")), values) for row in rows]
     ends = {part.name: part.rows[-1]["name"] for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
@@ -85,11 +92,11 @@ def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
     return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
 
 
-def _with_beam(part: Part, beam: Beam | None) -> Part:
+def _with_beam(part: Part, beam: Beam | None, values: Mapping[str, float]) -> Part:
     """The rows of a part, with those of a beam that its last row carries."""
     if beam is None:
         return part
-    rows, sections = rows_of(beam)
+    rows, sections = modal_rows(beam, values) if beam.modes else rows_of(beam)
     names = part.sections.keys() | sections.keys()
     merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
     return Part(part.name, (*part.rows, *rows), merged)

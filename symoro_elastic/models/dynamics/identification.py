@@ -90,7 +90,8 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
 
 
 def _refuse_other_friction(machine: Machine) -> None:
-    """Raise `InputError` for friction that is not linear in its parameters."""
+    """Raise `InputError` for friction that is not linear in its parameters, and for modes."""
+    machine.refuse_flexible("a regressor")
     for joint in machine.joints:
         law = joint.friction
         cells = (("static", law.static), ("load", law.load), ("bristle", law.bristle), ("ball", law.ball))
