@@ -17,8 +17,6 @@ from symoro_elastic.machine.joints import SELECTED
 Entries = dict[str, Any]
 ROOT = "_root"
 """End of the name of the row that has the body of a beam by modes."""
-IN_SEQUENCE = (("shift", 0), ("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0))
-"""Coupled rows to the tip: slides along x, y, z of the beam, then turns about z, y, x."""
 TO_AXIS = (np.eye(3)[:, [1, 2, 0]], np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.eye(3))
 """Frames with z along x, y, z of the beam."""
 
@@ -65,44 +63,41 @@ def flexible_body(beam: Beam, values: Mapping[str, float]) -> FlexibleBody:
 
 def _to_tip(beam: Beam, modal: ModalBeam, labels: list[str]) -> Iterator[Entries]:
     """Coupled rows from the root to the tip, and the fixed one at their end."""
-    moved = {"shift": modal.tip, "turn": modal.turn}
     axes, first = np.eye(3), {"antecedent": beam.name + ROOT}
-    for what, axis in IN_SEQUENCE:
-        formula = _formula(moved[what][:, axis], labels)
-        if (what, axis) == ("shift", 0):
-            shorter = _shortening(modal.shortening, labels)
-            formula = " ".join(filter(None, (repr(modal.length), shorter, f"+ {formula}" if formula else "")))
-        if not formula:
-            continue
-        sigma = int(what == "shift")
+    for what, axis, formula in _moves_of_tip(beam, modal, labels):
+        sigma = int(what != "turn")
         cells = displacement(axes, TO_AXIS[axis])
         own = SELECTED[sigma]
         cells[own] = " + ".join([formula, *([cells[own]] if own in cells else [])])
-        kind = {"kind": "coupled", "sigma": sigma} if _moves(formula, labels) else {"kind": "fixed"}
+        kind = {"kind": "coupled", "sigma": sigma} if any(label in formula for label in labels) else {"kind": "fixed"}
         yield {"name": f"{beam.name}_{what}_{'xyz'[axis]}", **first, **kind, **cells}
         axes, first = TO_AXIS[axis], {}
     yield {"name": beam.name + END, "kind": "fixed", **displacement(axes, own_axes(beam))}
 
 
-def _moves(formula: str, labels: list[str]) -> bool:
-    return any(label in formula for label in labels)
+def _moves_of_tip(beam: Beam, modal: ModalBeam, labels: list[str]) -> Iterator[tuple[str, int, str]]:
+    """Slides along x, y, z and turns about z, y, x of the tip: what, axis and formula."""
+    along = _formula(modal.tip[:, 0], labels)
+    yield "shift", 0, " + ".join(filter(None, (repr(modal.length), along)))
+    for kind in beam.bends:
+        own = [k for k, mode in enumerate(modal.modes) if mode.kind == kind]
+        shorter = _quadratic(modal.shortening[np.ix_(own, own)], [labels[k] for k in own])
+        if shorter:
+            yield f"shorter_{kind}", 0, f"-({shorter})"
+    moved = {"shift": modal.tip, "turn": modal.turn}
+    for what, axis in (("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0)):
+        if formula := _formula(moved[what][:, axis], labels):
+            yield what, axis, formula
 
 
 def _formula(factors: Array, labels: list[str]) -> str:
     """A sum of factors times variables."""
-    return " + ".join(_product(x, label) for x, label in zip(factors.tolist(), labels, strict=True) if x)
+    pairs = zip(factors.tolist(), labels, strict=True)
+    return " + ".join(label if x == 1.0 else f"({x!r})*{label}" for x, label in pairs if x)
 
 
-def _product(x: float, label: str) -> str:
-    return label if x == 1.0 else f"({x!r})*{label}"
-
-
-def _shortening(shortening: Array, labels: list[str]) -> str:
-    """The foreshortening e^T w e/2, subtracted."""
-    terms = ""
-    for k, label in enumerate(labels):
-        for m in range(k + 1):
-            factor = float(shortening[k, m]) / (2 if m == k else 1)
-            if factor:
-                terms += f" - ({factor!r})*{label}*{labels[m]}"
-    return terms.strip()
+def _quadratic(w: Array, labels: list[str]) -> str:
+    """e^T w e/2 of a symmetric w, in variables."""
+    pairs = ((k, m) for k in range(len(labels)) for m in range(k + 1))
+    factors = ((k, m, float(w[k, m]) / (2 if m == k else 1)) for k, m in pairs)
+    return " + ".join(f"({x!r})*{labels[k]}*{labels[m]}" for k, m, x in factors if x)

@@ -193,6 +193,7 @@ def _check_any(bound: Bound, columns: Sequence[object]) -> None:
 
 def _energy_regressor(bound: Bound, _: Joints) -> Results:
     refuse_varying_stiffness(bound.machine)
+    bound.machine.refuse_flexible("an energy regressor")
     parameters = linear_parameters(bound)
     wanted = _entries_by_link(parameters, INERTIAL)
     energy = {(j, name): x for j, name, x in energies(bound.mechanism, bound.rates(), bound.gravity, wanted)}
