@@ -14,7 +14,8 @@ import numpy as np
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, beam_of, rows_of
-from symoro_elastic.formats.toml.modal_rows import flexible_body, modal_rows
+from symoro_elastic.formats.toml.flexible_bodies import bodies_of_files, body_of_file, rows_of_body, written_bodies
+from symoro_elastic.formats.toml.modal_rows import Rows, body_of_beam, rows_of_beam
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beams import Beam
@@ -45,7 +46,7 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Part:
-    """The rows that stand for the row `name` of the file; the last one carries what that row carries in the file.
+    """The rows that stand for the row `name` of the file; `carrier`, or the last one, carries what that row carries.
 
     `sections` are new entries of tables by joint: {} removes one.
     """
@@ -53,6 +54,12 @@ class Part:
     name: str
     rows: tuple[Entries, ...]
     sections: Mapping[str, Mapping[str, Entries]] = field(default_factory=dict)
+    carrier: str = ""
+
+    @property
+    def end(self) -> str:
+        """The row that carries what the row of the file carries."""
+        return self.carrier or str(self.rows[-1]["name"])
 
 
 def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
@@ -68,22 +75,26 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
     return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
 
 
-def flexible_bodies(beams: Iterable[Beam], values: Mapping[str, float]) -> tuple[FlexibleBody, ...]:
-    """The bodies of beams by modes."""
-    return tuple(flexible_body(beam, values) for beam in beams if beam.modes)
+def expanded(top: Table, beams: Iterable[Beam], values: Mapping[str, float]) -> tuple[Table, tuple[FlexibleBody, ...]]:
+    """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
 
-
-def expanded(top: Table, beams: Iterable[Beam], values: Mapping[str, float]) -> Table:
-    """The top table of a file with ordinary rows in place of cells of six degrees and of beams; raises `InputError`."""
-    by_row = {beam.name: beam for beam in beams}
+    With it come the bodies that bend by modes. Raises `InputError`.
+    """
+    by_row = {beam.name: rows_of_beam(beam, values) if beam.modes else rows_of(beam) for beam in beams}
+    bodies = bodies_of_files(top)
+    flexible = [body_of_beam(beam, values) for beam in beams if beam.modes]
+    flexible += [body_of_file(name, body) for name, body in bodies.items()]
+    for name in by_row.keys() & bodies.keys():
+        raise top.fail("flexible", f"{quote(name)} has a beam: give one of them")
+    by_row |= {name: rows_of_body(name, body) for name, body in bodies.items()}
     rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
     if not by_row and not any(_is_cell(row) for row in rows):
-        return top
-    parts = [_with_beam(_part(top, row), by_row.get(row.text("name")), values) for row in rows]
-    ends = {part.name: part.rows[-1]["name"] for part in parts}
+        return top, (*flexible, *written_bodies(top))
+    parts = [_with_rows(_part(top, row), by_row.get(row.text("name")), row.text("name") in bodies) for row in rows]
+    ends = {part.name: part.end for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
-    return replace(top, entries={**top.entries, **new})
+    return replace(top, entries={**top.entries, **new}), (*flexible, *written_bodies(top))
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
@@ -92,14 +103,14 @@ def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
     return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
 
 
-def _with_beam(part: Part, beam: Beam | None, values: Mapping[str, float]) -> Part:
-    """The rows of a part, with those of a beam that its last row carries."""
-    if beam is None:
+def _with_rows(part: Part, below: Rows | None, carries: bool) -> Part:
+    """The rows of a part, with those of a beam or body on its last row, which goes on to carry others or not."""
+    if below is None:
         return part
-    rows, sections = modal_rows(beam, values) if beam.modes else rows_of(beam)
+    rows, sections = below
     names = part.sections.keys() | sections.keys()
     merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
-    return Part(part.name, (*part.rows, *rows), merged)
+    return Part(part.name, (*part.rows, *rows), merged, part.end if carries else "")
 
 
 def with_name_in_place(row: Table, j: int) -> Table:
@@ -128,9 +139,9 @@ def _rows(parts: Iterable[Part]) -> list[Entries]:
                 first = {**first, key: numbers[value]}
             elif isinstance(value, str):
                 first = {**first, key: names.get(value, value)}
+        names[part.name] = part.end
+        numbers.append(len(rows) + 1 + [row["name"] for row in part.rows].index(part.end))
         rows += [first, *others]
-        names[part.name] = str(rows[-1]["name"])
-        numbers.append(len(rows))
     return rows
 
 

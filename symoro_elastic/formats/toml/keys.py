@@ -13,6 +13,7 @@ from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
+from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
@@ -452,6 +453,7 @@ MACHINE = Section(
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(
             _table("beams", BEAMS),
+            _table("flexible", FLEXIBLE),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
@@ -465,6 +467,6 @@ MACHINE = Section(
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
     *map(section_of, OF_JOINTS),
-    *(BEAMS, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
+    *(BEAMS, FLEXIBLE, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""
