@@ -69,14 +69,20 @@ def product(*factors: str | float, over: Sequence[str | float] = ()) -> str:
     for parts, names in ((factors, above), (over, below)):
         for formula in map(Formula.parse, parts):
             if formula.names:
-                is_atom = formula.tree[0] in ("name", "sqrt")
-                names.append(formula.text if is_atom else f"({formula.text})")
+                names.append(_bracketed(formula.text))
             else:
                 number *= formula.value() if parts is factors else 1 / formula.value()
     if not (above or below):
         return f"{number:.15g}"
     first = f"{10 * number:.15g}*0.1" if number.is_integer() else f"{number:.15g}"
     return "*".join([*([first] if number != 1.0 or not above else []), *above]) + "".join(f"/{name}" for name in below)
+
+
+def _bracketed(text: str) -> str:
+    """A formula as an operand of any operation: names, numbers and roots without brackets."""
+    tree = Formula.parse(text).tree
+    is_atom = tree[0] in ("name", "sqrt") or (tree[0] == "number" and tree[1] >= 0)
+    return text if is_atom else f"({text})"
 
 
 @dataclass(frozen=True)
@@ -94,17 +100,14 @@ def section_of(kind: str, sizes: Sequence[str], longer: int) -> Section:
     Torsion of bars by Roark's formula, a b^3 (1/3 - 0.21 b/a (1 - b^4/(12 a^4))) with a > b, within 0.5 %, of boxes by
     Bredt's, 4 A^2 t/s with the area A and the length s of the middle line.
     """
+    a, b, t = map(_bracketed, (*sizes, "0", "0")[:3])
     if kind in ("rod", "tube"):
-        outer, inner = sizes[0], sizes[1] if kind == "tube" else "0"
-        square, fourth = (f"(({outer})^{n} - ({inner})^{n})" if kind == "tube" else f"({outer})^{n}" for n in (2, 4))
-        moment = f"pi/64*{fourth}"
-        return Section(f"pi/4*{square}", (moment, moment), f"pi/32*{fourth}")
-    a, b = (f"({size})" for size in sizes[:2])
+        square, fourth = (f"({a}^{n} - {b}^{n})" if kind == "tube" else f"{a}^{n}" for n in (2, 4))
+        return Section(f"pi/4*{square}", (f"pi/64*{fourth}",) * 2, f"pi/32*{fourth}")
     if kind == "bar":
         long, short = (a, b) if longer == 0 else (b, a)
         thin = f"(1/3 - 0.21*{short}/{long}*(1 - {short}^4/{long}^4/12))"
         return Section(f"{a}*{b}", (f"{a}^3*{b}/12", f"{a}*{b}^3/12"), f"{long}*{short}^3*{thin}")
-    t = f"({sizes[2]})"
     c, d = f"({a} - 2*{t})", f"({b} - 2*{t})"
     squares = (f"({a}^3*{b} - {c}^3*{d})/12", f"({a}*{b}^3 - {c}*{d}^3)/12")
     return Section(f"({a}*{b} - {c}*{d})", squares, f"2*{t}*({a} - {t})^2*({b} - {t})^2/({a} + {b} - 2*{t})")
@@ -161,7 +164,7 @@ class Beam:
         The inertia is about the axis of the beam, and about the two directions across it.
         """
         part = end - start
-        slender = product(part**3 / 12, self.mass, f"({self.length})^3")
+        slender = product(part**3 / 12, self.mass, f"{_bracketed(self.length)}^3")
         first, second = self.transverse
         of_section = {kind: product(part, self.inertia[kind], self.length) for kind in (TORSION, first, second)}
         across = (f"{slender} + {of_section[kind]}" for kind in (second, first))

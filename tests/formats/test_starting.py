@@ -32,7 +32,7 @@ def test_all_tables_and_keys_are_shown(kind: str) -> None:
     text = starting_text("machine", kind, full=True)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
     asked = ["scene", "motion", "wanted", "extras"]
-    assert headings == ["loops", "frames", "parameters", *OF_JOINTS, "base", "limits", "drives", *asked]
+    assert headings == ["loops", "frames", "parameters", *OF_JOINTS, "beams", "base", "limits", "drives", *asked]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120

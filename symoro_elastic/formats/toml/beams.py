@@ -37,6 +37,7 @@ from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.rounded_angles import multiple_of_pi
 
 Entries = dict[str, Any]
+HEADING = "beams"
 END = "_end"
 """End of the name of the row that carries what the beam carries."""
 AUTO = "auto"

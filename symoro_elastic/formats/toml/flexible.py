@@ -13,7 +13,7 @@ import numpy as np
 
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
-from symoro_elastic.formats.toml.beams import END, beam_of, rows_of
+from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beams import Beam
@@ -55,10 +55,11 @@ class Part:
 
 def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
     """The beams of a file, by the values of its parameters; raises `InputError`."""
-    table, rows = top.table("beams"), {row.text("name"): row for row in top.tables("joints")}
+    table = top.table(HEADING)
+    rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
     for name in table.entries:
         if name not in rows:
-            raise top.fail("beams", f"no joint {quote(name)}{did_you_mean(name, rows)}")
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
         if rows[name].entries.get("kind") == Kind.CUT:
             raise top.fail(
                 "beams", f"{quote(name)} is a cut joint, which carries nothing: hang the beam on a fixed row"
@@ -69,10 +70,9 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
 def expanded(top: Table, beams: Iterable[Beam]) -> Table:
     """The top table of a file with ordinary rows in place of cells of six degrees and of beams; raises `InputError`."""
     by_row = {beam.name: beam for beam in beams}
-    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
-    if not by_row and not any(_is_cell(row) for row in rows):
+    if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
         return top
-    parts = [_with_beam(_part(top, row), by_row.get(row.text("name"))) for row in rows]
+    parts = [_with_beam(_part(top, row), by_row.get(row.text("name"))) for row in _rows_of_file(top)]
     ends = {part.name: part.rows[-1]["name"] for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
@@ -93,6 +93,10 @@ def _with_beam(part: Part, beam: Beam | None) -> Part:
     names = part.sections.keys() | sections.keys()
     merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
     return Part(part.name, (*part.rows, *rows), merged)
+
+
+def _rows_of_file(top: Table) -> list[Table]:
+    return [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
 
 
 def with_name_in_place(row: Table, j: int) -> Table:

@@ -10,6 +10,7 @@ from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
@@ -451,7 +452,7 @@ MACHINE = Section(
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(
-            _table("beams", BEAMS),
+            _table(OF_BEAMS, BEAMS),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
