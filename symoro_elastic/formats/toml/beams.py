@@ -88,7 +88,7 @@ SECTION = Key(
     ),
     "section: rod, its diameter; tube, outer and inner diameter; bar, its two sides; box, its two sides and its wall. "
     "Sides are along those of x, y, z that are across the beam, in this order",
-    '{ tube = ["120 mm", "100 mm"] }',
+    '{ tube = ["120 mm", 0.1] }',
     otherwise="EI, GJ, EA and mass_per_length instead",
 )
 MODULUS = Key("E", keys.FORMULA, "modulus of elasticity", '"210 GPa"', otherwise="needed with section", unit="N/m2")

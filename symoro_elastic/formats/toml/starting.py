@@ -349,10 +349,7 @@ OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
     "springs": ("backlash", "rounding"),
     "friction": ("static", "stribeck", "load", "bristle", "bristle_damping", "breakaway"),
-    OF_BEAMS: (
-        *("G", "EI", "GJ", "EA", "mass_per_length", "inertia_per_length"),
-        *("damping", "joints", "rule", "bends"),
-    ),
+    OF_BEAMS: tuple(name for name in BEAMS.names if name not in ("along", "length", "section", "E", "density")),
     "motion": ("drives",),
     OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),
 }
