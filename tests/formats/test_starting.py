@@ -54,6 +54,7 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
         '"pin"': f'"{joint}"',
         '"pin_end"': f'"{joint}"',
         '"q3"': f'"{joint}"',
+        'length = "1.2 m"': 'length = "10 mm"',  # no child in the middle of the beam
     }
     names |= {"elbow": joint, "motor_x": motor, "motor_name": motor, '["wrist"]': f"[{', '.join(springs)}]"}
     blocks = text.split("\n\n")
