@@ -313,6 +313,8 @@ SECTION = TABLE[TABLE.index("section") : -1]
         ('tube = ["D", 0.08]', "rod = 0.1, bar = [1, 2]", "beam wall, section: must be one of rod, tube, bar, box"),
         ('tube = ["D", 0.08]', "tube = [0.1]", "beam wall, section, tube: has 1 entries, expected 2"),
         ("length = 1", "length = 0", "beam wall, length: '0' must be above 0"),
+        ("length = 1", "length = 1e300", "beam wall: numbers or formulas that are too large"),
+        ("density", "damping = -1, density", "beam wall, damping: '-1' must not be negative"),
         ("density", "joints = 0, density", "beam wall, joints: 0 is not from 2 to 5, which the rule fitted has"),
         ("density", "joints = 6, density", 'which the rule fitted has: rule = "gauss" or "equal" have others'),
         ("density", 'joints = "auto", density', "beam wall, joints: 'auto' is not offered: 4 is usual"),

@@ -16,8 +16,9 @@ from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.beams import Beam
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -61,10 +62,18 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
         if name not in rows:
             raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
         if rows[name].entries.get("kind") == Kind.CUT:
-            raise top.fail(
-                "beams", f"{quote(name)} is a cut joint, which carries nothing: hang the beam on a fixed row"
-            )
-    return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+            raise top.fail(HEADING, f"{quote(name)} is a cut joint, which carries nothing: name a fixed row")
+    return tuple(_beam(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+
+
+def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
+    """The beam in an entry, whose rows can be written; raises `InputError`."""
+    try:
+        beam = beam_of(table, name, values)
+        rows_of(beam)
+    except FormulaError as error:
+        raise InputError(table.source, table.place, f"numbers or formulas that are too large: {error}") from None
+    return beam
 
 
 def expanded(top: Table, beams: Iterable[Beam]) -> Table:
