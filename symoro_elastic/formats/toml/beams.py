@@ -82,7 +82,7 @@ LENGTH = Key("length", keys.FORMULA, "length of the beam", '"1.2 m"', unit="m")
 SECTION = Key(
     "section",
     Type(
-        "table of one section",
+        "table of a section",
         {"type": "object", "properties": _SIZES, "additionalProperties": False, "minProperties": 1, "maxProperties": 1},
         _sizes,
     ),
