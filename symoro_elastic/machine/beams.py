@@ -38,7 +38,7 @@ FITTED_BARS: Mapping[int, Rule] = {
 }
 """Of torsion and tension, fitted to f1, f2 with the same tip masses: f1 within 1.6, 0.6, 0.001 %."""
 FITTED, GAUSS, EQUAL = RULES = ("fitted", "gauss", "equal")
-"""Fitted places; those of Gauss and Legendre, for beams under high axial load; the middles of equal pieces."""
+"""Fitted places; those of Gauss and Legendre; the middles of equal pieces."""
 MOST_JOINTS = 20
 """Of a beam by the rules gauss and equal."""
 CLAMPED = 3.5160152685
