@@ -322,11 +322,10 @@ def test_corrected_springs_are_written_beside_the_beam(tmp_path: Path) -> None:
 
 def test_a_cell_carries_a_beam() -> None:
     """The springs of both are there, and a beam on a cell is one on a fixed row that the cell carries."""
-    cell = ARM.replace('"motor", sigma = 1, axis = "x"', '"elastic", sigma = 6').replace('"slide", at', '"slide", at')
+    cell = ARM.replace('"motor", sigma = 1, axis = "x"', '"elastic", sigma = 6')
     springs = "[springs]\nslide = { stiffness = [1e7, 2e7, 3e7, 4e5, 5e5, 6e5] }\n"
-    apart = cell.replace(
-        "sigma = 6, at = [0.3, 0, 0.5] }", 'sigma = 6, at = [0.3, 0, 0.5] },\n{ name = "root", kind = "fixed" }'
-    )
+    row = "sigma = 6, at = [0.3, 0, 0.5] }"
+    apart = cell.replace(row, f'{row}, {{ name = "root", kind = "fixed" }}')
     apart = apart.replace('in = "slide"', 'in = "root"').replace("slide = { along", "root = { along")
     ours, theirs = (read(text + springs) for text in (cell, apart))
     assert len(ours.joints) == len(theirs.joints) - 1
