@@ -90,12 +90,6 @@ def beams_table(machine: Machine, title: str = "") -> Table:
     return table
 
 
-def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
-    """Return the beams of a machine by name, as in their table."""
-    table = beams_table(machine)
-    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
-
-
 def limits_table(machine: Machine, title: str = "") -> Table:
     """Return the limits of the joints of a machine, with units; without rows where it has none."""
     table = Table(("joint", *LIMITED), title=title)
@@ -172,6 +166,12 @@ def drives_lines(machine: Machine) -> list[str]:
 def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
     """Return the drives of a machine by motor, as in their table."""
     table = drives_table(machine)
+    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+
+
+def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the beams of a machine by name, as in their table."""
+    table = beams_table(machine)
     return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
 
 
