@@ -22,7 +22,7 @@ FITTED_BENDING: Mapping[int, Rule] = {
     3: ((0.1017021329, 0.4373722899, 0.8318182193), (0.2552341369, 0.3687898880, 0.3759759751)),
     4: (
         (0.112778228, 0.4205525736, 0.7061964313, 0.9310567739),
-        (0.2621781488244, 0.3079559563428, 0.2627602060327, 0.1661056888),
+        (0.2621781488244, 0.3079559563428, 0.2637602060327, 0.1661056888),
     ),
     5: (
         (0.0912744646, 0.3388654436, 0.5703285767, 0.7793684133, 0.9485030588),
@@ -38,7 +38,7 @@ FITTED_BARS: Mapping[int, Rule] = {
 }
 """Of torsion and tension, fitted to f1, f2 with the same tip masses: f1 within 1.6, 0.6, 0.001 %."""
 FITTED, GAUSS, EQUAL = RULES = ("fitted", "gauss", "equal")
-"""Fitted places; those of Gauss and Legendre, for beams under high axial load; the middles of equal pieces."""
+"""Fitted places; those of Gauss and Legendre; the middles of equal pieces."""
 MOST_JOINTS = 20
 """Of a beam by the rules gauss and equal."""
 MOST_MODES = 6
@@ -71,14 +71,20 @@ def product(*factors: str | float, over: Sequence[str | float] = ()) -> str:
     for parts, names in ((factors, above), (over, below)):
         for formula in map(Formula.parse, parts):
             if formula.names:
-                is_atom = formula.tree[0] in ("name", "sqrt")
-                names.append(formula.text if is_atom else f"({formula.text})")
+                names.append(_operand(formula.text))
             else:
                 number *= formula.value() if parts is factors else 1 / formula.value()
     if not (above or below):
         return f"{number:.15g}"
     first = f"{10 * number:.15g}*0.1" if number.is_integer() else f"{number:.15g}"
     return "*".join([*([first] if number != 1.0 or not above else []), *above]) + "".join(f"/{name}" for name in below)
+
+
+def _operand(text: str) -> str:
+    """A formula as an operand of any operation: names, numbers and roots without brackets."""
+    tree = Formula.parse(text).tree
+    is_atom = tree[0] in ("name", "sqrt") or (tree[0] == "number" and tree[1] >= 0)
+    return text if is_atom else f"({text})"
 
 
 @dataclass(frozen=True)
@@ -96,17 +102,14 @@ def section_of(kind: str, sizes: Sequence[str], longer: int) -> Section:
     Torsion of bars by Roark's formula, a b^3 (1/3 - 0.21 b/a (1 - b^4/(12 a^4))) with a > b, within 0.5 %, of boxes by
     Bredt's, 4 A^2 t/s with the area A and the length s of the middle line.
     """
+    a, b, t = map(_operand, (*sizes, "0", "0")[:3])
     if kind in ("rod", "tube"):
-        outer, inner = sizes[0], sizes[1] if kind == "tube" else "0"
-        square, fourth = (f"(({outer})^{n} - ({inner})^{n})" if kind == "tube" else f"({outer})^{n}" for n in (2, 4))
-        moment = f"pi/64*{fourth}"
-        return Section(f"pi/4*{square}", (moment, moment), f"pi/32*{fourth}")
-    a, b = (f"({size})" for size in sizes[:2])
+        square, fourth = (f"({a}^{n} - {b}^{n})" if kind == "tube" else f"{a}^{n}" for n in (2, 4))
+        return Section(f"pi/4*{square}", (f"pi/64*{fourth}",) * 2, f"pi/32*{fourth}")
     if kind == "bar":
         long, short = (a, b) if longer == 0 else (b, a)
         thin = f"(1/3 - 0.21*{short}/{long}*(1 - {short}^4/{long}^4/12))"
         return Section(f"{a}*{b}", (f"{a}^3*{b}/12", f"{a}*{b}^3/12"), f"{long}*{short}^3*{thin}")
-    t = f"({sizes[2]})"
     c, d = f"({a} - 2*{t})", f"({b} - 2*{t})"
     squares = (f"({a}^3*{b} - {c}^3*{d})/12", f"({a}*{b}^3 - {c}*{d}^3)/12")
     return Section(f"({a}*{b} - {c}*{d})", squares, f"2*{t}*({a} - {t})^2*({b} - {t})^2/({a} + {b} - 2*{t})")
@@ -175,7 +178,7 @@ class Beam:
         The inertia is about the axis of the beam, and about the two directions across it.
         """
         part = end - start
-        slender = product(part**3 / 12, self.mass, f"({self.length})^3")
+        slender = product(part**3 / 12, self.mass, f"{_operand(self.length)}^3")
         first, second = self.transverse
         of_section = {kind: product(part, self.inertia[kind], self.length) for kind in (TORSION, first, second)}
         across = (f"{slender} + {of_section[kind]}" for kind in (second, first))

@@ -18,6 +18,7 @@ from symoro_elastic.formats.par.keys import KEYS
 from symoro_elastic.formats.toml import drives as drive_keys
 from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
+from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
@@ -57,7 +58,7 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml", "backlash.toml"):
+    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml", "backlash.toml", "cantilever.toml"):
         top = used(name)
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])
@@ -65,6 +66,7 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
+        yield from ((BEAMS, entry) for entry in top.get("beams", {}).values())
         for drive in top.get("drives", {}).values():
             yield drive_keys.DRIVES, drive
             yield from ((part, drive.get(key, {})) for key, part in OF_DRIVE.items())

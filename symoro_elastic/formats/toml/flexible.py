@@ -13,14 +13,16 @@ import numpy as np
 
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
-from symoro_elastic.formats.toml.beams import END, beam_of, rows_of
+from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
+from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.flexible_bodies import bodies_of_files, body_of_file, rows_of_body, written_bodies
 from symoro_elastic.formats.toml.modal_rows import Rows, body_of_beam, rows_of_beam
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.flexible import FlexibleBody
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -46,9 +48,9 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Part:
-    """The rows that stand for the row `name` of the file; `carrier`, or the last one, carries what that row carries.
+    """Rows in place of the row `name` of the file: `carrier`, or the last, carries what that row carries there.
 
-    `sections` are new entries of tables by joint: {} removes one.
+    `sections` are new entries of tables by joint, where those of the file win: {} removes one.
     """
 
     name: str
@@ -64,41 +66,63 @@ class Part:
 
 def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
     """The beams of a file, by the values of its parameters; raises `InputError`."""
-    table, rows = top.table("beams"), {row.text("name"): row for row in top.tables("joints")}
+    table = top.table(HEADING)
+    rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
     for name in table.entries:
         if name not in rows:
-            raise top.fail("beams", f"no joint {quote(name)}{did_you_mean(name, rows)}")
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
         if rows[name].entries.get("kind") == Kind.CUT:
-            raise top.fail(
-                "beams", f"{quote(name)} is a cut joint, which carries nothing: hang the beam on a fixed row"
-            )
-    return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+            raise top.fail(HEADING, f"{quote(name)} is a cut joint, which carries nothing: name a fixed row")
+    return tuple(_beam(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
 
 
-def expanded(top: Table, beams: Iterable[Beam], values: Mapping[str, float]) -> tuple[Table, tuple[FlexibleBody, ...]]:
+def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
+    """The beam in an entry, whose rows can be written; raises `InputError`."""
+    try:
+        beam = beam_of(table, name, values)
+        _rows_of_beam(beam, values)
+    except FormulaError as error:
+        raise InputError(table.source, table.place, f"numbers or formulas that are too large: {error}") from None
+    return beam
+
+
+def _rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
+    return rows_of_beam(beam, values) if beam.modes else rows_of(beam)
+
+
+def with_rows_of_parts(
+    top: Table, beams: Iterable[Beam], values: Mapping[str, float]
+) -> tuple[Table, tuple[FlexibleBody, ...]]:
     """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
 
     With it come the bodies that bend by modes. Raises `InputError`.
     """
-    by_row = {beam.name: rows_of_beam(beam, values) if beam.modes else rows_of(beam) for beam in beams}
     bodies = bodies_of_files(top)
+    by_row = {beam.name: _rows_of_beam(beam, values) for beam in beams}
+    for name in by_row.keys() & bodies.keys():
+        raise top.fail(OF_FLEXIBLE, f"{quote(name)} has a beam: give one of them")
+    by_row |= {name: rows_of_body(name, body) for name, body in bodies.items()}
     flexible = [body_of_beam(beam, values) for beam in beams if beam.modes]
     flexible += [body_of_file(name, body) for name, body in bodies.items()]
-    for name in by_row.keys() & bodies.keys():
-        raise top.fail("flexible", f"{quote(name)} has a beam: give one of them")
-    by_row |= {name: rows_of_body(name, body) for name, body in bodies.items()}
-    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
-    if not by_row and not any(_is_cell(row) for row in rows):
-        return top, (*flexible, *written_bodies(top))
-    parts = [_with_rows(_part(top, row), by_row.get(row.text("name")), row.text("name") in bodies) for row in rows]
+    for body in flexible:
+        if body.joint in top.table("bodies").entries:
+            raise top.fail("bodies", f"{body.joint} has the inertia of a body by modes: leave it out")
+    flexible += written_bodies(top)
+    if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
+        return top, tuple(flexible)
+    parts = [
+        _with_rows(_part(top, row), by_row.get(name), name in bodies)
+        for row in _rows_of_file(top)
+        for name in (row.text("name"),)
+    ]
     ends = {part.name: part.end for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
-    return replace(top, entries={**top.entries, **new}), (*flexible, *written_bodies(top))
+    return replace(top, entries={**top.entries, **new}), tuple(flexible)
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
-    """A frame, on the end of the beam where it is on the row of one."""
+    """A frame, moved to the end of the beam where its row has a beam."""
     on = frame.get("on") if isinstance(frame, dict) else None
     return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
 
@@ -111,6 +135,10 @@ def _with_rows(part: Part, below: Rows | None, carries: bool) -> Part:
     names = part.sections.keys() | sections.keys()
     merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
     return Part(part.name, (*part.rows, *rows), merged, part.end if carries else "")
+
+
+def _rows_of_file(top: Table) -> list[Table]:
+    return [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
 
 
 def with_name_in_place(row: Table, j: int) -> Table:
@@ -152,8 +180,8 @@ def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
         for section, entries in part.sections.items():
             table = tables.setdefault(section, dict(top.table(section).entries))
             for name, entry in entries.items():
-                table.pop(name, None)
-                table.update({name: entry} if entry else {})
+                own = table.pop(name, {})
+                table.update({name: {**entry, **own} if isinstance(own, dict) else own} if entry else {})
     return tables
 
 
@@ -161,13 +189,13 @@ def _cell(top: Table, row: Table) -> Part:
     """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
     name = row.text("name")
     stiffness, *others = _springs(top, row)
-    held = [isinstance(x, Number) and "inf" in x for x in stiffness]
+    is_held = [isinstance(x, Number) and "inf" in x for x in stiffness]
     rows = [{"name": f"{name}_seat", "kind": "fixed", **_seat(row)}] if _seat(row) else []
     springs: dict[str, Entries] = {name: {}}
     axes = 0
     for direction, sigma, turned in IN_SEQUENCE:
         k = DIRECTIONS.index(direction)
-        if held[k]:
+        if is_held[k]:
             continue
         label = f"{name}_{direction}"
         angles = CYCLES[(turned - axes) % 3]
@@ -227,7 +255,7 @@ def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, 
         end = next(j for j, joint in enumerate(machine.joints, start=1) if joint.name == beam.name + END)
         length = Formula.parse(beam.length).known_value(values) or 0.0
         axis = "xyz".index(beam.along[-1])
-        for place, point in _carried(machine, end, values):
+        for place, point in _points_beyond(machine, end, values):
             along = -point[axis] if beam.along[0] != "-" else point[axis]
             across = np.delete(point, axis)
             if NEAR * length < along < (1 - NEAR) * length and np.hypot(*across) < NEAR * length:
@@ -235,7 +263,7 @@ def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, 
                 raise machine.error(place, f"{what}: write two beams, with a fixed row between")
 
 
-def _carried(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
+def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
     """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
     frames = {end: Placement()}
     for j, joint in enumerate(machine.joints, start=1):

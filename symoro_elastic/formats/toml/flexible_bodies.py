@@ -17,6 +17,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.names import did_you_mean, quote
 
+HEADING = "flexible"
 SHAPES = {"Ct0": "m3", "Ct1": "mm3", "T0": "m33", "T1": "mm33", "Mee": "mm"}
 """Sizes of the integrals, m being the number of modes."""
 
@@ -67,7 +68,7 @@ INTEGRALS = tuple(
     }.items()
 )
 FLEXIBLE = Section(
-    "[flexible]",
+    f"[{HEADING}]",
     "Bodies that bend, by the joint whose frame holds them: a file becomes rows NAME_e1, NAME_e2 ... of kind elastic, "
     "and a row NAME_INTERFACE for each interface of the file, which carries what names it as antecedent.",
     (FILE, KEEP, DAMPING, MODES, *INTEGRALS),
@@ -77,13 +78,13 @@ FLEXIBLE = Section(
 
 def bodies_of_files(top: Table) -> dict[str, ModalBody]:
     """The bodies of files, by joint; raises `InputError`."""
-    table = top.table("flexible")
-    rows = [row.text("name") for row in top.tables("joints")]
+    table = top.table(HEADING)
+    rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
     bodies = {}
     for name in table.entries:
         entry = table.table(name).only(FLEXIBLE.names)
         if name not in rows:
-            raise top.fail("flexible", f"no joint {quote(name)}{did_you_mean(name, rows)}")
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
         if FILE.name in entry.entries:
             for key in (MODES, *INTEGRALS):
                 if key.name in entry.entries:
@@ -128,8 +129,8 @@ def body_of_file(name: str, body: ModalBody) -> FlexibleBody:
 
 def written_bodies(top: Table) -> Iterator[FlexibleBody]:
     """The bodies that are given by integrals; raises `InputError`."""
-    table = top.table("flexible")
-    rows = [row.text("name") for row in top.tables("joints")]
+    table = top.table(HEADING)
+    rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
     for name in table.entries:
         entry = table.table(name)
         if FILE.name in entry.entries:

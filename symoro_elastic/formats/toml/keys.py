@@ -10,10 +10,12 @@ from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
 from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
+from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
@@ -452,8 +454,8 @@ MACHINE = Section(
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(
-            _table("beams", BEAMS),
-            _table("flexible", FLEXIBLE),
+            _table(OF_BEAMS, BEAMS),
+            _table(OF_FLEXIBLE, FLEXIBLE),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
