@@ -111,7 +111,7 @@ ROWS = (
                  "inertia of body j and all it carries"),
     Intermediate("dJ", "product", r"\Delta J", "", "@#", "", (14,), same("kg m2"),
                  "difference of two moments of inertia of body j"),
-    Intermediate("hc", "", "h", "", "@", "", (), NUMBER, 
+    Intermediate("hc", "", "h", "", "@", "", (), NUMBER,
                  "inverse of the cosine between turns of an elastic cell (L44)"),
     Intermediate("Minv", "", "M", "-1", "@", "", (), INVERSE_MASS, "inverse mass of body j on an elastic cell (L47)"),
     Intermediate("rc", "axis", "c", "", "@#", "", (), same("m"), "centre of mass of body j on an elastic cell (L47)"),
