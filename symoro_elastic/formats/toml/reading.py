@@ -13,6 +13,7 @@ from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.drives import drives_of
+from symoro_elastic.formats.toml.flexible import expanded, with_name_in_place
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of
@@ -60,7 +61,7 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
-    top, source = top.only(keys.MACHINE.names), top.source
+    top, source = expanded(top.only(keys.MACHINE.names)), top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
@@ -119,7 +120,7 @@ def _floating(table: Table) -> Floating | None:
 
 
 def _joints_and_frames(top: Table, parameters: set[str]) -> tuple[tuple[Joint, ...], tuple[NamedFrame, ...]]:
-    rows = [_with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
+    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
     numbers: dict[str, int] = {}
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
@@ -191,13 +192,6 @@ def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collectio
         if fault := fault_of(cell):
             raise row.fail(keys.AT.name, fault)
     return Place(keys.AXIS.read(row) if keys.AXIS.name in row.entries else None, at, within)
-
-
-def _with_name_in_place(row: Table, j: int) -> Table:
-    """Return the row with the joint's name in its place, for later messages."""
-    name = replace(row, place=f"joint {j}").text("name")
-    label = name if name.isidentifier() and len(name) < 100 else quote(name)
-    return replace(row, place=f"joint {j} ({label})")
 
 
 def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[str]) -> Joint:

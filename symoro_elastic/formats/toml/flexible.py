@@ -1,0 +1,159 @@
+"""Flexible parts of a machine file as ordinary rows: cells of six elastic degrees of freedom.
+
+Rows are expanded as written, before they are read: a cell becomes at most six elastic rows and a fixed one of its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.machine.joints import SELECTED, Kind
+from symoro_elastic.machine.names import quote
+
+Entries = dict[str, Any]
+SIX = 6
+"""The sigma of a cell: three slides along x, y, z, then turns about z, y, x."""
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+"""Order of the six stiffnesses, and ends of the names of their rows."""
+IN_SEQUENCE = (("x", 1, 1), ("y", 1, 2), ("z", 1, 0), ("rz", 0, 0), ("ry", 0, 2), ("rx", 0, 1))
+"""Rows of a cell: direction, sigma, and the frame's axes: x y z, turned k times in the cycle x -> y -> z -> x."""
+CYCLES: tuple[Entries, ...] = ({}, {"gamma": "pi/2", "alpha": "pi/2"}, {"alpha": "-pi/2", "theta": "-pi/2"})
+"""Angles of a row whose axes are those of its antecedent, in a cycle turned 0, 1 and 2 times."""
+GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r", "at", "in")
+"""Keys of a row that place its frame."""
+OF_CELL = ("stiffness", "damping", "neutral")
+"""Keys of a spring with an entry for each direction."""
+NOT_ON_CELL = ("motors", "friction", "drives", "limits")
+"""Tables without a meaning for six variables at once."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The rows that stand for the row `name` of the file; the last one carries what that row carries in the file.
+
+    `sections` are new entries of tables by joint: {} removes one.
+    """
+
+    name: str
+    rows: tuple[Entries, ...]
+    sections: Mapping[str, Mapping[str, Entries]] = field(default_factory=dict)
+
+
+def expanded(top: Table) -> Table:
+    """The top table of a file with ordinary rows in place of cells of six degrees; raises `InputError`."""
+    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
+    if not any(_is_cell(row) for row in rows):
+        return top
+    parts = [_part(top, row) for row in rows]
+    return replace(top, entries={**top.entries, "joints": _rows(parts), **_sections(top, parts)})
+
+
+def with_name_in_place(row: Table, j: int) -> Table:
+    """The row with the joint's name in its place, for later messages."""
+    name = replace(row, place=f"joint {j}").text("name")
+    label = name if name.isidentifier() and len(name) < 100 else quote(name)
+    return replace(row, place=f"joint {j} ({label})")
+
+
+def _is_cell(row: Table) -> bool:
+    return row.entries.get("sigma") == SIX
+
+
+def _part(top: Table, row: Table) -> Part:
+    return _cell(top, row) if _is_cell(row) else Part(row.text("name"), (row.entries,))
+
+
+def _rows(parts: Iterable[Part]) -> list[Entries]:
+    """The rows of all parts, with numbers of rows as in the expanded table."""
+    numbers, names, rows = [0], dict[str, str](), list[Entries]()
+    for part in parts:
+        first, *others = part.rows
+        for key in ("antecedent", "in"):
+            value = first.get(key, len(numbers) - 1 if key == "antecedent" else None)
+            if isinstance(value, int) and 0 <= value < len(numbers):
+                first = {**first, key: numbers[value]}
+            elif isinstance(value, str):
+                first = {**first, key: names.get(value, value)}
+        rows += [first, *others]
+        names[part.name] = str(rows[-1]["name"])
+        numbers.append(len(rows))
+    return rows
+
+
+def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
+    """The tables by joint with the entries of parts."""
+    tables: dict[str, Entries] = {}
+    for part in parts:
+        for section, entries in part.sections.items():
+            table = tables.setdefault(section, dict(top.table(section).entries))
+            for name, entry in entries.items():
+                table.pop(name, None)
+                table.update({name: entry} if entry else {})
+    return tables
+
+
+def _cell(top: Table, row: Table) -> Part:
+    """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
+    name = row.text("name")
+    stiffness, *others = _springs(top, row)
+    held = [isinstance(x, Number) and "inf" in x for x in stiffness]
+    rows = [{"name": f"{name}_seat", "kind": "fixed", **_seat(row)}] if _seat(row) else []
+    springs: dict[str, Entries] = {name: {}}
+    axes = 0
+    for direction, sigma, turned in IN_SEQUENCE:
+        k = DIRECTIONS.index(direction)
+        if held[k]:
+            continue
+        label = f"{name}_{direction}"
+        angles = CYCLES[(turned - axes) % 3]
+        own = {SELECTED[sigma]: label + " - pi/2" * (sigma == 0 and "theta" in angles)}
+        rows.append({"name": label, "kind": "elastic", "sigma": sigma, **angles, **own})
+        springs[label] = {key: values[k] for key, values in zip(OF_CELL, (stiffness, *others), strict=True)}
+        axes = turned
+    rows.append({"name": name, "kind": "fixed", "sigma": 2, **CYCLES[-axes % 3]})
+    first = {"antecedent": row.entries["antecedent"]} if "antecedent" in row.entries else {}
+    return Part(name, ({**rows[0], **first}, *rows[1:]), {"springs": springs})
+
+
+def _seat(row: Table) -> Entries:
+    return {key: row.entries[key] for key in GEOMETRY if key in row.entries and row.entries[key] != 0}
+
+
+def _springs(top: Table, row: Table) -> list[list[Any]]:
+    """Stiffnesses, dampings and neutral positions of a cell by direction, as written; raises `InputError`."""
+    name = row.text("name")
+    if row.entries.get("kind") != Kind.ELASTIC:
+        raise row.fail("sigma", f'6 is a cell of six springs: write kind = "{Kind.ELASTIC}"')
+    for key in ("axis", "variable"):
+        if key in row.entries:
+            what = "a cell of six springs has the axes of the frame that it is in, and six variables: leave it out"
+            raise row.fail(key, what)
+    for section in NOT_ON_CELL:
+        if name in top.table(section).entries:
+            what = "a cell of six springs has stiffness and damping only: give this to a row of its own"
+            raise row.fail(section, what)
+    entry = replace(top.table("springs").table(name), place=row.place)
+    if "stiffness" not in entry.entries:
+        what = f"is missing: write {name} = {{ stiffness = [kx, ky, kz, krx, kry, krz] }} in [springs]"
+        raise row.fail("stiffness", what)
+    for key in entry.entries:
+        if key not in OF_CELL:
+            raise row.fail(key, f"a cell of six springs has {', '.join(OF_CELL)} only")
+    lists = [_six(entry, key) for key in OF_CELL]
+    if all(isinstance(x, Number) and "inf" in x for x in lists[0]):
+        raise row.fail("stiffness", 'all directions are held: write kind = "fixed", without sigma and spring')
+    return lists
+
+
+def _six(entry: Table, key: str) -> list[Any]:
+    """The six entries of a key, as written; zeros where it is missing."""
+    values = entry.entries.get(key, [0] * SIX)
+    if isinstance(values, list) and any(isinstance(x, list) for x in values):
+        what = "a matrix couples directions, which rows do not: turn the frame so that it is diagonal, and give six"
+        raise entry.fail(key, what)
+    if not isinstance(values, list) or len(values) != SIX:
+        raise entry.fail(key, "must be a list of six: along x, y, z, about x, y, z; inf where a direction is held")
+    return values
