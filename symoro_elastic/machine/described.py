@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.catalogue import CatalogueSpring
 from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Machine
@@ -71,7 +72,7 @@ class Origin:
     `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
     the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
     comes from unless it is given there. `ungrouped` is the machine before its inertial parameters were grouped.
-    `shapes` are what bodies look like.
+    `shapes` are what bodies look like. `catalogue_springs` are the springs whose stiffness comes from a catalogue.
     """
 
     notes: tuple[str, ...] = ()
@@ -80,6 +81,7 @@ class Origin:
     of_name: str = field(default="", compare=False)
     ungrouped: Machine | None = field(default=None, compare=False, repr=False)
     shapes: tuple[BodyShape, ...] = field(default=(), compare=False, repr=False)
+    catalogue_springs: tuple[CatalogueSpring, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,6 +119,11 @@ class DescribedMachine(Machine):
 def limits_of(machine: Machine) -> Limits:
     """The limits of what a machine has; none where it has no description."""
     return within_machine(machine.limits, machine) if isinstance(machine, DescribedMachine) else Limits()
+
+
+def catalogue_springs_of(machine: Machine) -> tuple[CatalogueSpring, ...]:
+    """The springs whose stiffness comes from a catalogue; none where the machine has no description."""
+    return machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ()
 
 
 def drives_of(machine: Machine) -> Drives:

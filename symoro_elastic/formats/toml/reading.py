@@ -12,6 +12,7 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
+from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.flexible import expanded, with_name_in_place
 from symoro_elastic.formats.toml.key import Key
@@ -61,7 +62,8 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
-    top, source = expanded(top.only(keys.MACHINE.names)), top.source
+    top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
+    top, source = expanded(top), top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
@@ -81,6 +83,7 @@ def machine_of(top: Table) -> DescribedMachine:
             notes=keys.NOTES.read(top),
             extras={key: x for key, x in extras.items() if (key, x) != (BASE_PARAMETERS, GROUPED)},
             of_name="" if keys.FILE_NAME.name in top.entries else NAME_OF_FILE,
+            catalogue_springs=catalogue_springs,
             remarks=(WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else (),
         ),
     )
