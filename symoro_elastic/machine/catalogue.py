@@ -91,10 +91,8 @@ def guide(
         "normal": Stiffness(formula_of("{n}*{k}", n=blocks, k=radial), "n k_z"),
     }
     for (name, k, arm, factor), moment in zip(turns, moments, strict=True):
-        template = "{n}*{k}*({arm}/2)^2" + "*{factor}" * (factor != 1)
-        formula = formula_of(template, n=blocks, k=k, arm=arm, factor=factor)
-        if not moment.is_zero:
-            formula = formula_of("{f} + {n}*{moment}", f=formula, n=blocks, moment=moment)
+        template = "{n}*{k}*({arm}/2)^2" + "*{factor}" * (factor != 1) + " + {n}*{k_m}" * (not moment.is_zero)
+        formula = formula_of(template, n=blocks, k=k, arm=arm, factor=factor, k_m=moment)
         rule = {"roll": "n k_z (b/2)^2", "pitch": "n k_z x^2", "yaw": "n k_y x^2"}[name]
         found[name] = Stiffness(formula, rule + " + n k_m" * (not moment.is_zero))
     return found
@@ -178,8 +176,3 @@ def coupling(torsional: Sequence[Formula]) -> Stiffness:
 def about_axis(stiffness: Stiffness, radius: Formula) -> Stiffness:
     """A stiffness k along a line as one about an axis, N m/rad, that moves the line by r rad: k r^2."""
     return Stiffness(formula_of("{k}*{r}^2", k=stiffness.formula, r=radius), f"({stiffness.rule}) r^2")
-
-
-def along_line(stiffness: Stiffness, lead: Formula) -> Stiffness:
-    """A stiffness k about an axis as one along the screw of lead h that it turns, N/m: k (2 pi/h)^2."""
-    return Stiffness(formula_of("{k}*(2*pi/{h})^2", k=stiffness.formula, h=lead), f"({stiffness.rule}) (2 pi/h)^2")

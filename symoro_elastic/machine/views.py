@@ -89,9 +89,9 @@ def catalogue_table(machine: Machine, title: str = "") -> Table:
     for spring in catalogue_springs_of(machine):
         formula = spring.stiffness.formula
         value = formula.known_value(values)
-        shown = f"{value:.6g} " if value is not None else ""
-        unit = units.get(spring.joint, "")
-        table.add_row(spring.joint, shown + unit, spring.element.name, spring.stiffness.rule, _written(formula))
+        varying = ", ".join(sorted(formula.names - values.keys()))
+        shown = f"by {varying}" if value is None else f"{value:.6g} {units.get(spring.joint, '')}"
+        table.add_row(spring.joint, shown, spring.element.name, spring.stiffness.rule, _written(formula))
     return table
 
 

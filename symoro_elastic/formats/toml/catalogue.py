@@ -54,7 +54,6 @@ def _needed(name: str, unit: str, meaning: str, example: str) -> Key:
     return Key(name, NOT_NEGATIVE, meaning, example, unit=unit)
 
 
-LEAD = Key("lead", NOT_NEGATIVE, "travel of the screw in one turn", "0.01", otherwise="none", unit="m")
 GUIDES = Section(
     "[guides]",
     "Profiled rails with runner blocks, by the row with sigma = 6 of the carriage: stiffnesses but along the rails.",
@@ -107,7 +106,7 @@ SCREWS = Section(
         Key("length", NOT_NEGATIVE, "distance of two fixed bearings", "1.2", otherwise="one end is fixed", unit="m"),
         Key("bearing", NOT_NEGATIVE, "stiffness of a fixed bearing", '"1 kN/um"', otherwise="rigid", unit="N/m"),
         Key("torsional", NOT_NEGATIVE, "of what drives the screw", "2e4", otherwise="rigid", unit="N m/rad"),
-        LEAD,
+        Key("lead", NOT_NEGATIVE, "travel of the screw in one turn", "0.01", otherwise="none", unit="m"),
     ),
     "joint",
 )
@@ -123,8 +122,9 @@ BELTS = Section(
 )
 COUPLINGS = Section(
     "[couplings]",
-    "Couplings and shafts in series, by an elastic row, or by one with sigma = 6 that bearings carry.",
-    (Key("torsional", SOME, "torsional stiffnesses, in series", "[3e4, 8e4]", unit="N m/rad"), LEAD),
+    "Couplings and shafts in series, by an elastic row that turns, or by one with sigma = 6 that bearings carry; on a "
+    "screw, `torsional` in [screws].",
+    (Key("torsional", SOME, "torsional stiffnesses, in series", "[3e4, 8e4]", unit="N m/rad"),),
     "joint",
 )
 
@@ -275,8 +275,9 @@ def _drive(entry: _Entry, turns: bool) -> Stiffness:
         stiffness = catalogue.belt(cells["specific"], cells["strands"])
         return catalogue.about_axis(stiffness, entry.needed("radius", "the row turns")) if turns else stiffness
     if entry.section is COUPLINGS:
-        stiffness = catalogue.coupling(cells["torsional"])
-        return stiffness if turns else catalogue.along_line(stiffness, entry.needed("lead", "the row slides"))
+        if not turns:
+            raise entry.table.fail("torsional", "the row slides: give it to the screw, in [screws]")
+        return catalogue.coupling(cells["torsional"])
     return _screw(entry, turns)
 
 
