@@ -57,14 +57,7 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in (
-        "all_keys.toml",
-        "floating_arm.toml",
-        "linkage.toml",
-        "backlash.toml",
-        "carriage.toml",
-        "spindle.toml",
-    ):
+    for name in ("all_keys", "floating_arm", "linkage", "backlash", "carriage", "spindle"):
         top = used(f"{name}.toml")
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])

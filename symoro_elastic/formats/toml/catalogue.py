@@ -247,12 +247,11 @@ def _guide(entry: _Entry) -> tuple[str, dict[str, Stiffness]]:
         raise fail("blocks", f"{blocks} cannot be divided among the rails: two rails have an even number, at least 2")
     if rails == normal:
         raise fail("normal", f"is along the rails, too: choose another axis than {quote(rails)}")
-    spread = in_row > 1 and not cells["distance"][0].is_zero
-    for arm, moment, other in zip(
-        (not cells["distance"][1].is_zero, spread, spread), cells["moments"], ("roll", "pitch", "yaw"), strict=True
-    ):
-        if not arm and moment.is_zero:
-            raise fail("moments", f"without them nothing holds the {other}: give those of a block, or more blocks")
+    is_spread = in_row > 1 and not cells["distance"][0].is_zero
+    arms = {"roll": not cells["distance"][1].is_zero, "pitch": is_spread, "yaw": is_spread}
+    for (turn, has_arm), moment in zip(arms.items(), cells["moments"], strict=True):
+        if not has_arm and moment.is_zero:
+            raise fail("moments", f"nothing else holds the {turn}: give those of a block, or more blocks")
     (lateral,) = {*AXES} - {rails, normal}
     names = {"lateral": lateral, "normal": normal, "roll": f"r{rails}", "pitch": f"r{lateral}", "yaw": f"r{normal}"}
     found = catalogue.guide(blocks, cells["distance"], cells["radial"], cells["lateral"], cells["moments"])
