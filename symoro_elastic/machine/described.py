@@ -121,11 +121,6 @@ def limits_of(machine: Machine) -> Limits:
     return within_machine(machine.limits, machine) if isinstance(machine, DescribedMachine) else Limits()
 
 
-def catalogue_springs_of(machine: Machine) -> tuple[CatalogueSpring, ...]:
-    """The springs whose stiffness comes from a catalogue; none where the machine has no description."""
-    return machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ()
-
-
 def drives_of(machine: Machine) -> Drives:
     """The drives of the motors that a machine has; none where it has no description."""
     return within_motors(machine.drives, machine) if isinstance(machine, DescribedMachine) else Drives()

@@ -8,7 +8,7 @@ from typing import Any
 
 from symoro_elastic.foundation.results import Part, Table, parts_of
 from symoro_elastic.machine.columns import cells, declared_columns
-from symoro_elastic.machine.described import catalogue_springs_of, drives_of, limits_of
+from symoro_elastic.machine.described import DescribedMachine, drives_of, limits_of
 from symoro_elastic.machine.drives import ONE, Drive, LowPass, Notch, Sought, gain_unit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
@@ -30,14 +30,10 @@ def _(machine: Machine) -> list[Part]:
 
 def other_tables(machine: Machine) -> list[Table]:
     """Return the tables of named frames, limits and drives that have rows."""
-    titled = (
-        (frames_table, "frames"),
-        (catalogue_table, "springs from catalogues"),
-        (sources_table, "sources of their stiffnesses"),
-        (limits_table, "limits"),
-        (drives_table, "drives"),
+    tables = (
+        *(frames_table(machine, "frames"), catalogue_table(machine, "springs from catalogues")),
+        *(limits_table(machine, "limits"), drives_table(machine, "drives")),
     )
-    tables = (table_of(machine, title) for table_of, title in titled)
     return [table for table in tables if table.rows]
 
 
@@ -83,22 +79,15 @@ def frames_json(machine: Machine) -> dict[str, Any]:
 
 def catalogue_table(machine: Machine, title: str = "") -> Table:
     """Return the springs whose stiffness comes from a catalogue, with values where parameters have some."""
-    table = Table(("spring", "stiffness", "of", "rule", "formula"), title=title)
+    table = Table(("spring", "stiffness", "formula", "source", "tolerance"), title=title)
     values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
     units = {joint.name: f"{joint.force_unit}/{joint.unit}" for joint in machine.joints}
-    for spring in catalogue_springs_of(machine):
-        formula = spring.stiffness.formula
-        value = formula.known_value(values)
-        varying = ", ".join(sorted(formula.names - values.keys()))
+    for spring in machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ():
+        value = spring.stiffness.known_value(values)
+        varying = ", ".join(sorted(spring.stiffness.names - values.keys()))
         shown = f"by {varying}" if value is None else f"{value:.6g} {units.get(spring.joint, '')}"
-        table.add_row(spring.joint, shown, spring.element.name, spring.stiffness.rule, _written(formula))
+        table.add_row(spring.joint, shown, _written(spring.stiffness), spring.source, spring.tolerance)
     return table
-
-
-def sources_table(machine: Machine, title: str = "") -> Table:
-    """Return source and tolerance of the stiffnesses that come from catalogues."""
-    elements = dict.fromkeys(spring.element for spring in catalogue_springs_of(machine))
-    return Table(("of", "source", "tolerance"), [(x.name, x.source, x.tolerance) for x in elements], title)
 
 
 def limits_table(machine: Machine, title: str = "") -> Table:

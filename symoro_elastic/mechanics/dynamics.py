@@ -180,7 +180,7 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             continue
         elif isinstance(rule, ElasticCell):
             if j == rule.carried:
-                _suspend(s, j, s.mechanism.link(rule.first).antecedent, rule)
+                _suspend(s, j, s.mechanism.link(rule.links[0]).antecedent, rule)
             continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
@@ -262,7 +262,7 @@ def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
 def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
     """Acceleration of a body of a cell; those of its joints at its first link."""
     e, o = s.suspended[cell.carried], link.antecedent
-    if j == cell.first:
+    if j == cell.links[0]:
         s.qdd.update(accelerations_of_joints(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
         s.Gamma.update(cell.Gamma)
     if j == cell.carried:

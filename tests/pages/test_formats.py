@@ -64,8 +64,8 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield from ((toml_keys.WITH_UNIT, p) for p in top.get("parameters", {}).values() if isinstance(p, dict))
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
-        for section in toml_keys.CATALOGUE:
-            yield from ((section, entry) for entry in top.get(section.heading[1:-1], {}).values())
+        for heading, section in toml_keys.OF_CATALOGUES.items():
+            yield from ((section, entry) for entry in top.get(heading, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
         for drive in top.get("drives", {}).values():
             yield drive_keys.DRIVES, drive

@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
-from symoro_elastic.formats.toml.catalogue import DRIVES as ELEMENTS_OF_DRIVES
-from symoro_elastic.formats.toml.catalogue import MOUNTS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
@@ -319,7 +318,6 @@ def _also_of_cell(key: Key) -> Key:
 
 OF_JOINTS = tuple(dict.fromkeys(column.section for column in declared_columns(Joint) if column.section != "joints"))
 """Names of the tables with an entry for each joint."""
-CATALOGUE = (*MOUNTS, *ELEMENTS_OF_DRIVES)
 FLOATING = Key(
     *("floating", one_of(tuple(Orientation)), "the base floats; how its orientation is given", '"quaternion"'),
     otherwise="the base does not float",
@@ -452,7 +450,7 @@ MACHINE = Section(
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
-        *(_table(section.heading.strip("[]"), section) for section in CATALOGUE),
+        *(_table(name, section) for name, section in OF_CATALOGUES.items()),
         *(
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
@@ -466,7 +464,7 @@ MACHINE = Section(
 )
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
-    *(*map(section_of, OF_JOINTS), *CATALOGUE),
+    *(*map(section_of, OF_JOINTS), *OF_CATALOGUES.values()),
     *(BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""
