@@ -46,8 +46,8 @@ class ElasticCell:
     Gamma: Mapping[int, Scalar]
 
     @property
-    def carried(self) -> int:
-        """The link that has the mass."""
+    def end(self) -> int:
+        """The link at its end, which has the mass."""
         return self.links[-1]
 
 
@@ -80,15 +80,15 @@ def _is_cell(links: Sequence[Link]) -> bool:
     return quarter_turns and all(map(is_zero, (*zeros, *(link.rotor_inertia for link in links))))
 
 
-def with_joined_bodies(mechanism: Mechanism, carried: Collection[int]) -> Mechanism:
-    """The mechanism in which bodies on fixed frames belong to the carried bodies of cells that they are fixed to.
+def with_joined_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
+    """The mechanism in which bodies on fixed frames belong to the bodies at ends of cells that they are fixed to.
 
     The inertia of a body that carries nothing else then is constant.
     """
-    rigid, links = {*carried}, list(mechanism.links)
+    rigid, links = {*ends}, list(mechanism.links)
     rigid.update(j for j, link in mechanism.from_base() if link.axis is Axis.NONE and link.antecedent in rigid)
     for j, link in mechanism.from_tips():
-        if j in rigid and j not in carried:
+        if j in rigid and j not in ends:
             i = link.antecedent - 1
             body = links[i].body + links[j - 1].body.to_antecedent(link.transform)
             links[i], links[j - 1] = replace(links[i], body=body), replace(links[j - 1], body=MASSLESS)
@@ -145,7 +145,7 @@ def eliminate_cell(
     force, before, after = _wrench(g, [cell.Gamma[j] for j in cell.links])
     on_o = Wrench(force, g.to_point.to_antecedent(before) + cross(g.to_point.origin, force))  # (L45)
     f = Wrench(g.turns.to_child(g.to_point.to_child(force)), g.links[5].transform.to_child(after))  # (L45)
-    body, w_j = g.links[5].body, w[cell.carried]
+    body, w_j = g.links[5].body, w[cell.end]
     if all(is_zero(x) for row in Js.rows for x in row):
         central = _central(body)
         return CellElimination(g, on_o, f, central, _alone(central, w_j, f + betas))

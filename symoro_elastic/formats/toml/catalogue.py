@@ -24,7 +24,7 @@ STEEL = Formula.parse("2.06e11")
 
 
 def _list(*lengths: int) -> Type:
-    """A list of numbers or formulas of one of these lengths."""
+    """A list of numbers or formulas, of these lengths."""
     schema = {"type": "array", "items": reference_to("formula"), "minItems": lengths[0], "maxItems": lengths[-1]}
     title = f"{' or '.join(map(str, lengths))} numbers or formulas"
     return Type(title, schema, lambda table, key: table.formulas(key, lengths))
@@ -95,7 +95,7 @@ class _Entry:
     table: Table
     cells: Mapping[str, Any]
 
-    def required(self, key: str, what: str) -> Formula:
+    def value_of(self, key: str, what: str) -> Formula:
         """The value of a key that the row needs; raises `InputError`."""
         value: Formula | None = self.cells[key]
         if value is None:
@@ -121,8 +121,8 @@ def with_catalogue(top: Table) -> tuple[Table, tuple[CatalogueSpring, ...]]:
         texts = {x: spring.stiffness.text for x, spring in stiffnesses.items()}
         springs[name] = {"stiffness": texts.get("") or [texts.get(x, Number("inf")) for x in DIRECTIONS], **spring}
         listed += stiffnesses.values()
-    left = {key: x for key, x in top.entries.items() if key not in TABLES}
-    return replace(top, entries=left | ({"springs": springs} if springs else {})), tuple(listed)
+    remaining = {key: x for key, x in top.entries.items() if key not in TABLES}
+    return replace(top, entries=remaining | ({"springs": springs} if springs else {})), tuple(listed)
 
 
 def _entry(top: Table, heading: str, name: str) -> _Entry:
@@ -172,9 +172,9 @@ def _guide(entry: _Entry) -> tuple[str, dict[str, Formula]]:
     if rails == normal:
         raise entry.table.fail("normal", f"is along the rails, too: choose another axis than {quote(rails)}")
     is_spread = in_row > 1 and not a.is_zero
-    held = {"roll": not b.is_zero, "pitch": is_spread, "yaw": is_spread}
-    for turn, k_m in zip(held, moments, strict=True):
-        if not held[turn] and k_m.is_zero:
+    arms = {"roll": not b.is_zero, "pitch": is_spread, "yaw": is_spread}
+    for turn, k_m in zip(arms, moments, strict=True):
+        if not arms[turn] and k_m.is_zero:
             raise entry.table.fail("moments", f"nothing else holds the {turn}: give those of a block, or more blocks")
     (across,) = {*AXES} - {rails, normal}
     names = {"lateral": across, "normal": normal, "roll": f"r{rails}", "pitch": f"r{across}", "yaw": f"r{normal}"}
@@ -201,7 +201,7 @@ def _drive(entry: _Entry, turns: bool) -> Formula:
     k = catalogue.belt(cells["specific"], cells["strands"]) if is_belt else _screw(entry)
     if not turns:
         return k
-    r = entry.required("radius" if is_belt else "lead", "the row turns")
+    r = entry.value_of("radius" if is_belt else "lead", "the row turns")
     return catalogue.about_axis(k, r if is_belt else catalogue.formula_of("{h}/(2*pi)", h=r))
 
 
@@ -209,5 +209,5 @@ def _screw(entry: _Entry) -> Formula:
     nut, diameter, modulus, position, length, bearing, torsional, _ = (entry.cells[key] for key in SCREWS.names)
     if length and not position.names | length.names and position.value() >= length.value():
         raise entry.table.fail("position", f"{position} m is beyond the other bearing, at {length} m")
-    twist = (torsional, entry.required("lead", "torsion moves the nut by it")) if torsional else None
+    twist = (torsional, entry.value_of("lead", "torsion moves the nut by it")) if torsional else None
     return catalogue.screw(nut, (diameter, modulus), position, length, bearing, twist)
