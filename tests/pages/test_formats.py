@@ -18,6 +18,7 @@ from symoro_elastic.formats.par.keys import KEYS
 from symoro_elastic.formats.toml import drives as drive_keys
 from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
+from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
@@ -57,7 +58,7 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in ("all_keys", "floating_arm", "linkage", "backlash", "carriage", "spindle"):
+    for name in ("all_keys", "floating_arm", "linkage", "backlash", "cantilever", "carriage", "spindle"):
         top = used(f"{name}.toml")
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])
@@ -67,6 +68,7 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         for heading, section in toml_keys.OF_CATALOGUES.items():
             yield from ((section, entry) for entry in top.get(heading, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
+        yield from ((BEAMS, entry) for entry in top.get("beams", {}).values())
         for drive in top.get("drives", {}).values():
             yield drive_keys.DRIVES, drive
             yield from ((part, drive.get(key, {})) for key, part in OF_DRIVE.items())

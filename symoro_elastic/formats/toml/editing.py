@@ -13,6 +13,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Key, Section, schema_of
@@ -48,6 +50,7 @@ SECTIONS: Mapping[str, Section] = {
     PARAMETERS.name: WITH_UNIT,
     "limits": LIMITS,
     **{heading: section_of(heading) for heading in OF_JOINTS},
+    OF_BEAMS: BEAMS,
     "loops": LOOPS,
     "frames": FRAMES,
     OF_MOTORS: DRIVES,

@@ -1,17 +1,26 @@
-"""Flexible parts of a machine file as ordinary rows: cells of six elastic degrees of freedom.
+"""Flexible parts of a machine file as ordinary rows: cells of six elastic degrees of freedom, and beams.
 
 Rows are expanded as written, before they are read: a cell becomes at most six elastic rows and a fixed one of its name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
+from symoro_elastic.formats.robots.joint_tree import about_x, about_z
+from symoro_elastic.formats.robots.robot import Placement
+from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import SELECTED, Kind
-from symoro_elastic.machine.names import quote
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quote
 
 Entries = dict[str, Any]
 SIX = 6
@@ -28,6 +37,8 @@ OF_CELL = ("stiffness", "damping", "neutral")
 """Keys of a spring with an entry for each direction."""
 NOT_ON_CELL = ("motors", "friction", "drives", "limits")
 """Tables without a meaning for six variables at once."""
+NEAR = 1e-6
+"""Part of a beam's length within which a point is at its end, or on its axis."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +53,50 @@ class Part:
     sections: Mapping[str, Mapping[str, Entries]] = field(default_factory=dict)
 
 
-def expanded(top: Table) -> Table:
-    """The top table of a file with ordinary rows in place of cells of six degrees; raises `InputError`."""
-    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
-    if not any(_is_cell(row) for row in rows):
+def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
+    """The beams of a file, by the values of its parameters; raises `InputError`."""
+    table = top.table(HEADING)
+    rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
+    for name in table.entries:
+        if name not in rows:
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+        if rows[name].entries.get("kind") == Kind.CUT:
+            raise top.fail(
+                "beams", f"{quote(name)} is a cut joint, which carries nothing: hang the beam on a fixed row"
+            )
+    return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+
+
+def expanded(top: Table, beams: Iterable[Beam]) -> Table:
+    """The top table of a file with ordinary rows in place of cells of six degrees and of beams; raises `InputError`."""
+    by_row = {beam.name: beam for beam in beams}
+    if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
         return top
-    parts = [_part(top, row) for row in rows]
-    return replace(top, entries={**top.entries, "joints": _rows(parts), **_sections(top, parts)})
+    parts = [_with_beam(_part(top, row), by_row.get(row.text("name"))) for row in _rows_of_file(top)]
+    ends = {part.name: part.rows[-1]["name"] for part in parts}
+    frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
+    new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
+    return replace(top, entries={**top.entries, **new})
+
+
+def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
+    """A frame, on the end of the beam where it is on the row of one."""
+    on = frame.get("on") if isinstance(frame, dict) else None
+    return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
+
+
+def _with_beam(part: Part, beam: Beam | None) -> Part:
+    """The rows of a part, with those of a beam that its last row carries."""
+    if beam is None:
+        return part
+    rows, sections = rows_of(beam)
+    names = part.sections.keys() | sections.keys()
+    merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
+    return Part(part.name, (*part.rows, *rows), merged)
+
+
+def _rows_of_file(top: Table) -> list[Table]:
+    return [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
 
 
 def with_name_in_place(row: Table, j: int) -> Table:
@@ -157,3 +205,37 @@ def _six(entry: Table, key: str) -> list[Any]:
     if not isinstance(values, list) or len(values) != SIX:
         raise entry.fail(key, "must be a list of six: along x, y, z, about x, y, z; inf where a direction is held")
     return values
+
+
+def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, float]) -> None:
+    """Raise `InputError` for a row or a frame without one that a beam would have to carry inside its length."""
+    for beam in beams:
+        end = next(j for j, joint in enumerate(machine.joints, start=1) if joint.name == beam.name + END)
+        length = Formula.parse(beam.length).known_value(values) or 0.0
+        axis = "xyz".index(beam.along[-1])
+        for place, point in _carried(machine, end, values):
+            along = -point[axis] if beam.along[0] != "-" else point[axis]
+            across = np.delete(point, axis)
+            if NEAR * length < along < (1 - NEAR) * length and np.hypot(*across) < NEAR * length:
+                what = f"it is {along:g} m before the end of the beam {beam.name}, which carries at its end only"
+                raise machine.error(place, f"{what}: write two beams, with a fixed row between")
+
+
+def _carried(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
+    """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
+    frames = {end: Placement()}
+    for j, joint in enumerate(machine.joints, start=1):
+        cells = [getattr(joint, key).known_value(values) for key in GEOMETRY[:6]]
+        if joint.antecedent not in frames or None in cells:
+            continue
+        gamma, b, alpha, d, theta, r = (cell or 0.0 for cell in cells)
+        frame = frames[joint.antecedent] * about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
+        if joint.kind is Kind.FIXED:
+            frames[j] = frame
+        yield f"joint {j} ({joint.name}), antecedent", frame.translation
+    rows = {machine.joint(j).name: frame for j, frame in frames.items()}
+    for named in machine.frames:
+        point = [cell.known_value(values) for cell in named.at]
+        if named.on in rows and None not in point:
+            frame = rows[named.on]
+            yield f"frame {named.name}, on", frame.translation + frame.rotation @ np.array(point)

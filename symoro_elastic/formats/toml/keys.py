@@ -9,6 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
@@ -452,6 +454,7 @@ MACHINE = Section(
         *(_table(name, section_of(name)) for name in OF_JOINTS),
         *(_table(name, section) for name, section in OF_CATALOGUES.items()),
         *(
+            _table(OF_BEAMS, BEAMS),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
@@ -465,6 +468,6 @@ MACHINE = Section(
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
     *(*map(section_of, OF_JOINTS), *OF_CATALOGUES.values()),
-    *(BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
+    *(BEAMS, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offse
 from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
-from symoro_elastic.formats.toml.flexible import expanded, with_name_in_place
+from symoro_elastic.formats.toml.flexible import beams_of, expanded, refuse_inside, with_name_in_place
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of
@@ -63,9 +63,12 @@ def read(text: str, source: str) -> DescribedMachine:
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
     top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
-    top, source = expanded(top), top.source
+    source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
+    values = _values(parameters)
+    beams = beams_of(top, values)
+    top = expanded(top, beams)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
     floating = _floating(top.table("base"))
     extras = keys.EXTRAS.read(top)
@@ -83,13 +86,24 @@ def machine_of(top: Table) -> DescribedMachine:
             notes=keys.NOTES.read(top),
             extras={key: x for key, x in extras.items() if (key, x) != (BASE_PARAMETERS, GROUPED)},
             of_name="" if keys.FILE_NAME.name in top.entries else NAME_OF_FILE,
+            remarks=(
+                *((WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else ()),
+                *(f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts),
+            ),
+            beams=beams,
             catalogue_springs=catalogue_springs,
-            remarks=(WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else (),
         ),
     )
+    refuse_inside(machine, beams, values)
     machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
+
+
+def _values(parameters: Iterable[Parameter]) -> dict[str, float]:
+    """The values of parameters that have one."""
+    cells = {parameter.name: parameter.value for parameter in parameters if parameter.value is not None}
+    return {name: value for name, cell in cells.items() if (value := cell.known_value({})) is not None}
 
 
 def _has_masses(joints: Sequence[Joint], floating: Floating | None) -> bool:
