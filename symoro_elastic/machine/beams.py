@@ -38,7 +38,7 @@ FITTED_BARS: Mapping[int, Rule] = {
 }
 """Of torsion and tension, fitted to f1, f2 with the same tip masses: f1 within 1.6, 0.6, 0.001 %."""
 FITTED, GAUSS, EQUAL = RULES = ("fitted", "gauss", "equal")
-"""Fitted places; those of Gauss and Legendre, for beams under high axial load; the middles of equal pieces."""
+"""Fitted places; those of Gauss and Legendre; the middles of equal pieces."""
 MOST_JOINTS = 20
 """Of a beam by the rules gauss and equal."""
 CLAMPED = 3.5160152685
@@ -69,7 +69,7 @@ def product(*factors: str | float, over: Sequence[str | float] = ()) -> str:
     for parts, names in ((factors, above), (over, below)):
         for formula in map(Formula.parse, parts):
             if formula.names:
-                names.append(_bracketed(formula.text))
+                names.append(_operand(formula.text))
             else:
                 number *= formula.value() if parts is factors else 1 / formula.value()
     if not (above or below):
@@ -78,7 +78,7 @@ def product(*factors: str | float, over: Sequence[str | float] = ()) -> str:
     return "*".join([*([first] if number != 1.0 or not above else []), *above]) + "".join(f"/{name}" for name in below)
 
 
-def _bracketed(text: str) -> str:
+def _operand(text: str) -> str:
     """A formula as an operand of any operation: names, numbers and roots without brackets."""
     tree = Formula.parse(text).tree
     is_atom = tree[0] in ("name", "sqrt") or (tree[0] == "number" and tree[1] >= 0)
@@ -100,7 +100,7 @@ def section_of(kind: str, sizes: Sequence[str], longer: int) -> Section:
     Torsion of bars by Roark's formula, a b^3 (1/3 - 0.21 b/a (1 - b^4/(12 a^4))) with a > b, within 0.5 %, of boxes by
     Bredt's, 4 A^2 t/s with the area A and the length s of the middle line.
     """
-    a, b, t = map(_bracketed, (*sizes, "0", "0")[:3])
+    a, b, t = map(_operand, (*sizes, "0", "0")[:3])
     if kind in ("rod", "tube"):
         square, fourth = (f"({a}^{n} - {b}^{n})" if kind == "tube" else f"{a}^{n}" for n in (2, 4))
         return Section(f"pi/4*{square}", (f"pi/64*{fourth}",) * 2, f"pi/32*{fourth}")
@@ -164,7 +164,7 @@ class Beam:
         The inertia is about the axis of the beam, and about the two directions across it.
         """
         part = end - start
-        slender = product(part**3 / 12, self.mass, f"{_bracketed(self.length)}^3")
+        slender = product(part**3 / 12, self.mass, f"{_operand(self.length)}^3")
         first, second = self.transverse
         of_section = {kind: product(part, self.inertia[kind], self.length) for kind in (TORSION, first, second)}
         across = (f"{slender} + {of_section[kind]}" for kind in (second, first))

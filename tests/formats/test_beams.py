@@ -135,6 +135,24 @@ def test_tip_compliance_is_exact(keys: str) -> None:
     np.testing.assert_allclose(C, expected, rtol=1e-9, atol=1e-9 * b)
 
 
+@pytest.mark.parametrize(("load", "error"), [(0.5, 0.01), (-0.5, 0.0035), (-5.0, 0.012)])
+def test_axial_loads_soften_and_stiffen(load: float, error: float) -> None:
+    """A mass whose weight is `load` times the buckling load, on a beam without mass: by the beam-column's equation."""
+    weight = load * np.pi**2 / 4 * STIFFNESS / LENGTH**2
+    a = np.sqrt(abs(weight) / STIFFNESS) * LENGTH
+    stiffness = weight / LENGTH / (np.tan(a) / a - 1 if load > 0 else np.tanh(a) / a - 1)
+    machine = read(f"""
+name = "loaded"
+gravity = [{-weight}, 0, 0]
+joints = [ {{ name = "wall", kind = "fixed", antecedent = 0 }}, {{ name = "tip", kind = "fixed" }} ]
+[beams]
+wall = {{ along = "x", length = {LENGTH}, EI = {STIFFNESS}, mass_per_length = 1e-7, bends = ["y"] }}
+[bodies]
+tip = {{ mass = 1, center_of_mass = [0, 0, 0], inertia = [0, 0, 0] }}
+""")
+    assert se.modes(machine).frequencies[0] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=error)
+
+
 def test_two_planes_have_their_own_stiffness() -> None:
     both = se.modes(beam('"y", "z"', "", of=f"EI = [{STIFFNESS}, {4 * STIFFNESS}]")).frequencies
     alone = se.modes(beam('"y"', "")).frequencies
@@ -313,6 +331,8 @@ SECTION = TABLE[TABLE.index("section") : -1]
         ('tube = ["D", 0.08]', "rod = 0.1, bar = [1, 2]", "beam wall, section: must be one of rod, tube, bar, box"),
         ('tube = ["D", 0.08]', "tube = [0.1]", "beam wall, section, tube: has 1 entries, expected 2"),
         ("length = 1", "length = 0", "beam wall, length: '0' must be above 0"),
+        ("length = 1", "length = 1e300", "beam wall: numbers or formulas that are too large"),
+        ("density", "damping = -1, density", "beam wall, damping: '-1' must not be negative"),
         ("density", "joints = 0, density", "beam wall, joints: 0 is not from 2 to 5, which the rule fitted has"),
         ("density", "joints = 6, density", 'which the rule fitted has: rule = "gauss" or "equal" have others'),
         ("density", 'joints = "auto", density', "beam wall, joints: 'auto' is not offered: 4 is usual"),

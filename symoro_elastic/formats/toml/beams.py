@@ -82,7 +82,7 @@ LENGTH = Key("length", keys.FORMULA, "length of the beam", '"1.2 m"', unit="m")
 SECTION = Key(
     "section",
     Type(
-        "table of one section",
+        "table of a section",
         {"type": "object", "properties": _SIZES, "additionalProperties": False, "minProperties": 1, "maxProperties": 1},
         _sizes,
     ),
@@ -152,19 +152,23 @@ BEAMS = Section(
 )
 
 
+MAY_BE_ZERO = (LINE_MASS, LINE_INERTIA, DAMPING)
+"""Keys of numbers that a beam may be without."""
+
+
 def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     """The beam in an entry of [beams]; raises `InputError`.
 
     `values` are those of parameters: sections are checked by them as far as they have values.
     """
     table.only(BEAMS.names)
+    _refuse_values(table, values)
     along, length = ALONG.read(table), LENGTH.read(table)
-    _refuse_value(table, LENGTH, length, values)
     both = TRANSVERSE[along[-1]]
     is_by_section = SECTION.name in table.entries
     stiffness, mass, inertia = _of_section(table, both, values) if is_by_section else _of_cells(table, both)
     usual = tuple(kind for kind in (*sorted(both), TORSION) if kind in stiffness)
-    bends = tuple(BENDS.read(table, usual))
+    bends = tuple(dict.fromkeys(BENDS.read(table, usual)))
     for kind in bends:
         if kind not in (*both, TORSION, AXIAL):
             raise table.fail(BENDS.name, f"no deflection {quote(kind)} along {along}{did_you_mean(kind, stiffness)}")
@@ -183,10 +187,17 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     return Beam(name, along, length.text, stiffness, mass, inertia, damping, rule, joints, bends, doubts)
 
 
-def _refuse_value(table: Table, key: Key, cell: Formula, values: Mapping[str, float]) -> None:
-    value = cell.known_value(values)
-    if value is not None and value <= 0:
-        raise table.fail(key.name, f"{quote(cell)} must be above 0")
+def _refuse_values(table: Table, values: Mapping[str, float]) -> None:
+    """Refuse numbers that are negative, and zeros where a beam needs more."""
+    for key in BEAMS.keys:
+        if key.type in (keys.FORMULA, BENDING.type) and key.name in table.entries:
+            cells = key.read(table)
+            for cell in cells if isinstance(cells, tuple) else (cells,):
+                value = cell.known_value(values)
+                if value is not None and (value < 0 or (value == 0 and key not in MAY_BE_ZERO)):
+                    raise table.fail(
+                        key.name, f"{quote(cell)} must {'not be negative' if key in MAY_BE_ZERO else 'be above 0'}"
+                    )
 
 
 Properties = tuple[dict[str, str], str, dict[str, str]]
@@ -205,7 +216,6 @@ def _of_section(table: Table, both: tuple[str, str], values: Mapping[str, float]
     for key in (MODULUS, DENSITY):
         if key.name not in table.entries:
             raise table.fail(key.name, "is missing, which the section needs")
-        _refuse_value(table, key, key.read(table), values)
     longer = int(len(numbers) > 1 and (numbers[0] or 0.0) < (numbers[1] or 0.0))
     section = section_of(kind, [size.text for size in sizes], longer)
     E, density = MODULUS.read(table).text, DENSITY.read(table).text

@@ -16,8 +16,9 @@ from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.beams import Beam
-from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -43,7 +44,7 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class Part:
-    """The rows that stand for the row `name` of the file; the last one carries what that row carries in the file.
+    """Rows in place of the row `name` of the file: the last of them carries what that row carries there.
 
     `sections` are new entries of tables by joint: {} removes one.
     """
@@ -61,13 +62,21 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
         if name not in rows:
             raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
         if rows[name].entries.get("kind") == Kind.CUT:
-            raise top.fail(
-                "beams", f"{quote(name)} is a cut joint, which carries nothing: hang the beam on a fixed row"
-            )
-    return tuple(beam_of(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+            raise top.fail(HEADING, f"{quote(name)} is a cut joint, which carries nothing: name a fixed row")
+    return tuple(_beam(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
 
 
-def expanded(top: Table, beams: Iterable[Beam]) -> Table:
+def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
+    """The beam in an entry, whose rows can be written; raises `InputError`."""
+    try:
+        beam = beam_of(table, name, values)
+        rows_of(beam)
+    except FormulaError as error:
+        raise InputError(table.source, table.place, f"numbers or formulas that are too large: {error}") from None
+    return beam
+
+
+def with_rows_of_parts(top: Table, beams: Iterable[Beam]) -> Table:
     """The top table of a file with ordinary rows in place of cells of six degrees and of beams; raises `InputError`."""
     by_row = {beam.name: beam for beam in beams}
     if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
@@ -80,7 +89,7 @@ def expanded(top: Table, beams: Iterable[Beam]) -> Table:
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
-    """A frame, on the end of the beam where it is on the row of one."""
+    """A frame, moved to the end of the beam where its row has a beam."""
     on = frame.get("on") if isinstance(frame, dict) else None
     return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
 
@@ -147,13 +156,13 @@ def _cell(top: Table, row: Table) -> Part:
     """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
     name = row.text("name")
     stiffness, *others = _springs(top, row)
-    held = [isinstance(x, Number) and "inf" in x for x in stiffness]
+    is_held = [isinstance(x, Number) and "inf" in x for x in stiffness]
     rows = [{"name": f"{name}_seat", "kind": "fixed", **_seat(row)}] if _seat(row) else []
     springs: dict[str, Entries] = {name: {}}
     axes = 0
     for direction, sigma, turned in IN_SEQUENCE:
         k = DIRECTIONS.index(direction)
-        if held[k]:
+        if is_held[k]:
             continue
         label = f"{name}_{direction}"
         angles = CYCLES[(turned - axes) % 3]
@@ -213,7 +222,7 @@ def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, 
         end = next(j for j, joint in enumerate(machine.joints, start=1) if joint.name == beam.name + END)
         length = Formula.parse(beam.length).known_value(values) or 0.0
         axis = "xyz".index(beam.along[-1])
-        for place, point in _carried(machine, end, values):
+        for place, point in _points_beyond(machine, end, values):
             along = -point[axis] if beam.along[0] != "-" else point[axis]
             across = np.delete(point, axis)
             if NEAR * length < along < (1 - NEAR) * length and np.hypot(*across) < NEAR * length:
@@ -221,7 +230,7 @@ def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, 
                 raise machine.error(place, f"{what}: write two beams, with a fixed row between")
 
 
-def _carried(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
+def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
     """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
     frames = {end: Placement()}
     for j, joint in enumerate(machine.joints, start=1):

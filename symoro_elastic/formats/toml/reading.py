@@ -14,7 +14,7 @@ from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offse
 from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
-from symoro_elastic.formats.toml.flexible import beams_of, expanded, refuse_inside, with_name_in_place
+from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of
@@ -68,7 +68,7 @@ def machine_of(top: Table) -> DescribedMachine:
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     values = _values(parameters)
     beams = beams_of(top, values)
-    top = expanded(top, beams)
+    top = with_rows_of_parts(top, beams)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
     floating = _floating(top.table("base"))
     extras = keys.EXTRAS.read(top)
