@@ -9,6 +9,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.catalogue import TABLES
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.views import catalogue_table
@@ -110,6 +111,16 @@ def test_names_stay_and_positions_count() -> None:
     assert stiffnesses(machine, k=1e9, x=0)["z"] == 4e9
     assert [j.spring.damping.value() for j in machine.joints if j.kind == "elastic"] == [1, 2, 3, 6, 5, 4]
     assert len(elastic_cells(Bound(machine).mechanism, machine.elastic)) == 1
+
+
+@pytest.mark.parametrize(
+    ("table", "sigma"), [("guides", "6"), ("bearings", "6"), ("screws", "0"), ("belts", "0"), ("couplings", "0")]
+)
+def test_examples_of_keys_are_read(table: str, sigma: str) -> None:
+    """Those of the reference and of commented tables of new files."""
+    entries = ", ".join(f"{key.name} = {key.example}" for key in TABLES[table].keys)
+    machine = read(f"[{table}]\npart = {{ {entries} }}".replace(' y"', ' x"'), sigma)
+    assert all(k > 0 for k in stiffnesses(machine, x=0.1).values())
 
 
 def test_what_show_prints_and_sweeps_change() -> None:

@@ -105,6 +105,8 @@ class _Entry:
 
 def with_catalogue(top: Table) -> tuple[Table, tuple[CatalogueSpring, ...]]:
     """The top table of a file with stiffnesses in place of elements of catalogues, and these; raises `InputError`."""
+    if TABLES.keys().isdisjoint(top.entries):
+        return top, ()
     rows = {row.text("name"): row for row in top.tables("joints")}
     by_row: dict[str, list[_Entry]] = {}
     for heading in TABLES:
