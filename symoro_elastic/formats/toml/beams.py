@@ -46,7 +46,7 @@ STIFF = (1e7, 2e12)
 DENSE = (20, 23000)
 """Densities, kg/m3, from foam to osmium."""
 SLENDER = 5
-"""Length by height below which shear lowers the first frequency of a clamped steel beam by more than some 5 %."""
+"""Length by size of the section below which shear lowers the first frequency by 2 % (bars) to 4 % (thin tubes)."""
 
 
 def _sizes(table: Table, key: str) -> tuple[str, tuple[Formula, ...]]:

@@ -46,7 +46,7 @@ NEAR = 1e-6
 class Part:
     """Rows in place of the row `name` of the file: the last of them carries what that row carries there.
 
-    `sections` are new entries of tables by joint: {} removes one.
+    `sections` are new entries of tables by joint, where those of the file win: {} removes one.
     """
 
     name: str
@@ -147,8 +147,8 @@ def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
         for section, entries in part.sections.items():
             table = tables.setdefault(section, dict(top.table(section).entries))
             for name, entry in entries.items():
-                table.pop(name, None)
-                table.update({name: entry} if entry else {})
+                own = table.pop(name, {})
+                table.update({name: {**entry, **own} if isinstance(own, dict) else own} if entry else {})
     return tables
 
 
