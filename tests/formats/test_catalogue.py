@@ -162,3 +162,12 @@ def test_refusals(tables: str, sigma: str, message: str) -> None:
     with pytest.raises(InputError) as refusal:
         read(tables, sigma)
     assert message in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def test_motions_with_a_stiffness_by_position() -> None:
+    """Explicit and implicit steps agree along a belt whose strands change."""
+    machine = read('[belts]\npart = { specific = 1e5, strands = ["0.5 + x", "1.5 - x"] }', "1")
+    motion = {"duration": 0.02, "moves": [{"motor": "drive", "by": 0.1, "in": 0.02}]}
+    scene = {"motion": motion | {"servo": {"drive": {"bandwidth": 20, "damping": 0.8}}}}
+    found = [se.simulate(machine, scene, method=method, step=1e-5)[0].motion.q[-1] for method in ("rk4", "w3")]
+    np.testing.assert_allclose(*found, rtol=1e-8)
