@@ -190,6 +190,12 @@ def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
     return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
 
 
+def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the beams of a machine by name, as in their table."""
+    table = beams_table(machine)
+    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+
+
 def limits_json(machine: Machine) -> dict[str, Any]:
     """Return low and high end of the limits of a machine, in SI units: of joints by quantity, and of parameters."""
     limits = limits_of(machine)

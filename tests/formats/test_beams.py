@@ -16,6 +16,7 @@ from symoro_elastic.machine.beams import AXIAL, TORSION, places_of
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Kind, Spring
+from symoro_elastic.machine.views import beams_json
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.references.beams import clamped_bar, clamped_beam, free_beam
 
@@ -302,6 +303,16 @@ def test_children_frames_and_numbers_of_rows_are_at_the_end() -> None:
     assert carriers["tool"] == "wrist"
     assert machine.frames[0].on == "slide_end"
     assert names.index("slide_root") == names.index("slide") + 1
+
+
+def test_beams_are_shown() -> None:
+    """A clamped tube of 1.2 m: mass by its section, frequencies by the textbook's formulas."""
+    shown = beams_json(read(ARM))["slide"]
+    area, moment = np.pi / 4 * (0.12**2 - 0.1**2), np.pi / 64 * (0.12**4 - 0.1**4)
+    bending = 1.8751040687**2 / (2 * np.pi * 1.2**2) * np.sqrt(2.1e11 * moment / (7850 * area))
+    torsion = np.sqrt(2.1e11 / 2.6 / 7850) / (4 * 1.2)
+    assert (shown["mass, kg"], shown["joints"]) == (f"{7850 * area * 1.2:.6g}", "2+2+1")
+    assert shown["first frequencies if clamped, Hz"] == f"y {bending:.5g}, z {bending:.5g}, torsion {torsion:.5g}"
 
 
 def test_corrected_springs_are_written_beside_the_beam(tmp_path: Path) -> None:
