@@ -30,7 +30,10 @@ def _(machine: Machine) -> list[Part]:
 
 def other_tables(machine: Machine) -> list[Table]:
     """Return the tables of named frames, limits and drives that have rows."""
-    by_title = {"beams": beams_table, "frames": frames_table, "limits": limits_table, "drives": drives_table}
+    by_title = {
+        **{"beams": beams_table, "springs from catalogues": catalogue_table},
+        **{"frames": frames_table, "limits": limits_table, "drives": drives_table},
+    }
     tables = [table(machine, title) for title, table in by_title.items()]
     return [table for table in tables if table.rows]
 
@@ -79,8 +82,7 @@ def beams_table(machine: Machine, title: str = "") -> Table:
     """Return the beams of a machine's file: first frequencies, Hz, are those with the root clamped and the tip free."""
     heads = ("beam", "along", "length, m", "mass, kg", "rule", "joints", "first frequencies if clamped, Hz")
     table = Table(heads, title=title)
-    stated = {parameter.name: parameter.value for parameter in machine.parameters if parameter.value is not None}
-    values = {name: x for name, cell in stated.items() if (x := cell.known_value({})) is not None}
+    values = _stated_values(machine)
     for beam in machine.origin.beams if isinstance(machine, DescribedMachine) else ():
         numbers = (Formula.parse(text).known_value(values) for text in (beam.length, beam.piece(0.0, 1.0)[0]))
         length, mass = ("-" if x is None else f"{x:.6g}" for x in numbers)
@@ -88,6 +90,25 @@ def beams_table(machine: Machine, title: str = "") -> Table:
         counts = "+".join(str(len(beam.places(kind)[0])) for kind in beam.bends)
         table.add_row(beam.name, beam.along, length, mass, beam.rule, counts, first)
     return table
+
+
+def catalogue_table(machine: Machine, title: str = "") -> Table:
+    """Return the springs whose stiffness comes from a catalogue, with values where parameters have some."""
+    table = Table(("spring", "stiffness", "formula", "source", "tolerance"), title=title)
+    values = _stated_values(machine)
+    units = {joint.name: f"{joint.force_unit}/{joint.unit}" for joint in machine.joints}
+    for spring in machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ():
+        value = spring.stiffness.known_value(values)
+        varying = ", ".join(sorted(spring.stiffness.names - values.keys()))
+        shown = f"by {varying}" if value is None else f"{value:.6g} {units.get(spring.joint, '')}"
+        table.add_row(spring.joint, shown, _written(spring.stiffness), spring.source, spring.tolerance)
+    return table
+
+
+def _stated_values(machine: Machine) -> dict[str, float]:
+    """The values of parameters that have one."""
+    stated = {parameter.name: parameter.value for parameter in machine.parameters if parameter.value is not None}
+    return {name: x for name, cell in stated.items() if (x := cell.known_value({})) is not None}
 
 
 def limits_table(machine: Machine, title: str = "") -> Table:

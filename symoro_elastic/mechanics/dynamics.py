@@ -64,7 +64,7 @@ class Dynamics:
 
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `suspended` solutions for
+    [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `cells` solutions for
     the base, clusters and elastic cells. `flexible` are the motions of modes, by the number of each.
     """
 
@@ -87,7 +87,7 @@ class Dynamics:
     reduced: dict[int, ClusterElimination] = field(default_factory=dict)
     moved: dict[int, ClusterMotion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
-    suspended: dict[int, CellElimination] = field(default_factory=dict)
+    cells: dict[int, CellElimination] = field(default_factory=dict)
     flexible: dict[int, ModalMotion] = field(default_factory=dict)
 
 
@@ -99,9 +99,9 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
     """
     unknown = unknown_accelerations(mechanism, rules, base)
-    carrying = {rule.carried for rule in rules if isinstance(rule, ElasticCell)}
-    suspended = {j for j in unknown if isinstance(rules[j], ElasticCell)}
-    mechanism = with_tips_in_frames_before(with_joined_bodies(mechanism, carrying), unknown - suspended)
+    ends = {rule.end for rule in rules if isinstance(rule, ElasticCell)}
+    in_cells = {j for j in unknown if isinstance(rules[j], ElasticCell)}
+    mechanism = with_tips_in_frames_before(with_joined_bodies(mechanism, ends), unknown - in_cells)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
     for j, link in mechanism.from_base():
@@ -109,13 +109,13 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
             s.flexible.update(dict.fromkeys(link.modes.numbers, link.modes.motion(w[j], qd)))
     _start(s, base)
     _forward_known(s, qd, rules)
-    s.bias.update(dict.fromkeys(suspended, AT_REST))
-    bias, gamma = bias_accelerations(mechanism, unknown - suspended, s.bias, s.gamma)
+    s.bias.update(dict.fromkeys(in_cells, AT_REST))
+    bias, gamma = bias_accelerations(mechanism, unknown - in_cells, s.bias, s.gamma)
     s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
             wrench = link.wrench if link.modes is None else link.wrench + _of_modes(s, link.modes, rules)
-            _begin(s, j, RigidInertia() if j in suspended else link.body, wrench)
+            _begin(s, j, RigidInertia() if j in in_cells else link.body, wrench)
     _backward(s, rules)
     if base is not None:
         _solve_base(s, base)
@@ -197,8 +197,8 @@ def _backward(s: Dynamics, rules: Rules) -> None:
                 _reduce(s, j, i, rule)
             continue
         elif isinstance(rule, ElasticCell):
-            if j == rule.carried:
-                _suspend(s, j, s.mechanism.link(rule.first).antecedent, rule)
+            if j == rule.end:
+                _suspend(s, j, s.mechanism.link(rule.links[0]).antecedent, rule)
             continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
@@ -225,7 +225,7 @@ def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
 def _suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
     """A cell in place of a joint; j is the body that it carries, o its antecedent."""
     try:
-        s.suspended[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
+        s.cells[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
     except ZeroDivisionError:
         raise SingularPivot(j) from None
     s.f[j] = e.f
@@ -283,11 +283,11 @@ def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
 
 def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
     """Acceleration of a body of a cell; those of its joints at its first link."""
-    e, o = s.suspended[cell.carried], link.antecedent
-    if j == cell.first:
+    e, o = s.cells[cell.end], link.antecedent
+    if j == cell.links[0]:
         s.qdd.update(accelerations_of_joints(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
         s.Gamma.update(cell.Gamma)
-    if j == cell.carried:
+    if j == cell.end:
         s.vd[j], s.wd[j] = s.remainder[j] = e.V
     else:
         _move(s, j, link)

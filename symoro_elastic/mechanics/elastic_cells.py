@@ -20,7 +20,6 @@ from symoro_elastic.mechanics.spatial import (
     AT_REST,
     EZ,
     NO_WRENCH,
-    ZERO,
     ArticulatedInertia,
     Axis,
     RigidInertia,
@@ -47,13 +46,8 @@ class ElasticCell:
     Gamma: Mapping[int, Scalar]
 
     @property
-    def first(self) -> int:
-        """The link nearest to the base."""
-        return self.links[0]
-
-    @property
-    def carried(self) -> int:
-        """The link that has the mass."""
+    def end(self) -> int:
+        """The link at its end, which has the mass."""
         return self.links[-1]
 
 
@@ -67,8 +61,7 @@ def elastic_cells(mechanism: Mechanism, elastic: Collection[int]) -> list[tuple[
         links = [j]
         while len(links) < 6 and len(children.get(links[-1], ())) == 1:
             links += children[links[-1]]
-        is_new = not any(j in cell for cell in cells)
-        if len(links) == 6 and is_new and {*links} <= {*elastic} and _is_cell([mechanism.link(k) for k in links]):
+        if len(links) == 6 and {*links} <= {*elastic} and _is_cell([mechanism.link(k) for k in links]):
             cells.append(tuple(links))
     return cells
 
@@ -82,20 +75,20 @@ def _is_cell(links: Sequence[Link]) -> bool:
     _, second, third = slides
     across = third.before.to_child(second.transform.to_child(EZ)).z
     cosines = (across, *(link.before.to_child(EZ).z for link in (second, third, *turns[1:])))
-    shifts = (step.shift for link in turns[1:] for step in link.before.steps)
-    rotors = (link.rotor_inertia for link in links)
-    return all(map(is_zero, (*cosines, *shifts, *rotors))) and all(link.before.permutes for link in turns[1:])
+    zeros = (*cosines, *(step.shift for link in turns[1:] for step in link.before.steps))
+    quarter_turns = all(link.before.permutes for link in turns[1:])
+    return quarter_turns and all(map(is_zero, (*zeros, *(link.rotor_inertia for link in links))))
 
 
-def with_joined_bodies(mechanism: Mechanism, carried: Collection[int]) -> Mechanism:
-    """The mechanism in which bodies on fixed frames belong to the carried bodies of cells that they are fixed to.
+def with_joined_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
+    """The mechanism in which bodies on fixed frames belong to the bodies at ends of cells that they are fixed to.
 
     The inertia of a body that carries nothing else then is constant.
     """
-    rigid, links = {*carried}, list(mechanism.links)
+    rigid, links = {*ends}, list(mechanism.links)
     rigid.update(j for j, link in mechanism.from_base() if link.axis is Axis.NONE and link.antecedent in rigid)
     for j, link in mechanism.from_tips():
-        if j in rigid and j not in carried:
+        if j in rigid and j not in ends:
             i = link.antecedent - 1
             body = links[i].body + links[j - 1].body.to_antecedent(link.transform)
             links[i], links[j - 1] = replace(links[i], body=body), replace(links[j - 1], body=MASSLESS)
@@ -106,10 +99,11 @@ def with_joined_bodies(mechanism: Mechanism, carried: Collection[int]) -> Mechan
 class CellGeometry:
     """A cell at a position: `to_point` leads from the antecedent o to O before the first turn, `turns` on to body j.
 
-    u is z_4 in the frame before the second turn, v is z_6 in the frame after it: unit vectors of these frames.
+    `axes` are z_1, z_2, z_3 in frame o, u is z_4 in the frame before the second turn, v is z_6 in the frame after it.
     """
 
     links: tuple[Link, ...]
+    axes: tuple[Vector, ...]
     to_point: Transform
     turns: Transform
     u: Vector
@@ -148,41 +142,41 @@ def eliminate_cell(
     carried body meets no inertia.
     """
     g = _geometry(mechanism, cell)
-    force, before, after = _forces(g, [cell.Gamma[j] for j in cell.links])
-    on_o = g.to_point.to_antecedent(force)
-    moment = g.to_point.to_antecedent(before) + cross(g.to_point.origin, on_o)
-    f = Wrench(g.turns.to_child(force), g.links[5].transform.to_child(after))  # (L45)
-    body, w_j = g.links[5].body, w[cell.carried]
+    force, before, after = _wrench(g, [cell.Gamma[j] for j in cell.links])
+    on_o = Wrench(force, g.to_point.to_antecedent(before) + cross(g.to_point.origin, force))  # (L45)
+    f = Wrench(g.turns.to_child(g.to_point.to_child(force)), g.links[5].transform.to_child(after))  # (L45)
+    body, w_j = g.links[5].body, w[cell.end]
     if all(is_zero(x) for row in Js.rows for x in row):
         central = _central(body)
-        return CellElimination(g, Wrench(on_o, moment), f, central, _alone(central, w_j, f + betas))
+        return CellElimination(g, on_o, f, central, _alone(central, w_j, f + betas))
     solution = base_acceleration(body.spatial + Js, f + betas + bias_wrench(body, w_j, AT_REST))  # (L46)
-    return CellElimination(g, Wrench(on_o, moment), f, solution, solution.twist)
+    return CellElimination(g, on_o, f, solution, solution.twist)
 
 
 def _geometry(mechanism: Mechanism, cell: ElasticCell) -> CellGeometry:
     links = tuple(mechanism.link(j) for j in cell.links)
     fourth, fifth, sixth = links[3:]
-    slides = Transform(tuple(step for link in links[:3] for step in link.transform.steps))
+    slides = [Transform(tuple(step for link in links[:k] for step in link.transform.steps)) for k in (1, 2, 3)]
     turns = Transform((fourth.joint_rotation.step, *fifth.transform.steps, *sixth.transform.steps))
     u, v = fifth.before.to_child(EZ), sixth.before.to_antecedent(EZ)
     z_6 = fifth.joint_rotation.step.rotate(v)
-    h = 1 / dot(z_6, cross(EZ, u))  # (L44)
-    return CellGeometry(links, fourth.before.after(slides), turns, u, v, dot(z_6, u), h)
+    s, h = dot(z_6, u), 1 / dot(z_6, cross(EZ, u))  # (L44)
+    axes = tuple(slide.to_antecedent(EZ) for slide in slides)
+    return CellGeometry(links, axes, fourth.before.after(slides[2]), turns, u, v, s, h)
 
 
-def _forces(g: CellGeometry, Gamma: Sequence[Scalar]) -> tuple[Vector, Vector, Vector]:
-    """Force and moment before the first turn, and the same moment after the second turn."""
-    *pushes, Gamma_4, Gamma_5, Gamma_6 = Gamma
-    force = ZERO
-    for link, push in zip(g.links[:3], pushes, strict=True):
-        force = link.transform.to_child(force) + push * EZ  # (L43)
-    _, _, _, fourth, fifth, _ = g.links
+def _wrench(g: CellGeometry, Gamma: Sequence[Scalar]) -> tuple[Vector, Vector, Vector]:
+    """Force in frame o, moment before the first turn, and the same moment after the second turn."""
+    force = _combination(Gamma, g.axes)  # (L43)
+    Gamma_4, Gamma_5, Gamma_6 = Gamma[3:]
     along = Gamma_5 * EZ
     before = along + Gamma_4 * g.u + g.h * (Gamma_6 - g.s * Gamma_4) * cross(EZ, g.u)  # (L44)
     after = along + Gamma_6 * g.v - g.h * (Gamma_4 - g.s * Gamma_6) * cross(EZ, g.v)  # (L44)
-    before = fourth.joint_rotation.step.rotate(fifth.before.to_antecedent(before))
-    return fourth.before.to_child(force), before, after
+    return force, g.links[3].joint_rotation.step.rotate(g.links[4].before.to_antecedent(before)), after
+
+
+def _combination(x: Sequence[Scalar], axes: Sequence[Vector]) -> Vector:
+    return x[0] * axes[0] + x[1] * axes[1] + x[2] * axes[2]
 
 
 def _central(body: RigidInertia) -> CentralInertia:
@@ -210,17 +204,10 @@ def accelerations_of_joints(
 
 
 def _of_slides(e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], V_o: Twist) -> list[Scalar]:
-    g, slides = e.geometry, e.geometry.links[:3]
-    w_o, shift, qdd = w[slides[0].antecedent], ZERO, list[Scalar]()
-    for link, rate in zip(slides, qd, strict=False):
-        shift = link.transform.to_child(shift) + rate * EZ
-    shift = g.to_point.to_antecedent(g.links[3].before.to_child(shift))
-    point = g.to_point.to_antecedent(g.turns.to_antecedent(e.V.linear))
-    left = point - V_o.linear - hat_plus_hat_squared(w_o, V_o.angular) * g.to_point.origin - cross(w_o, shift + shift)
-    for link in slides:
-        left = link.transform.to_child(left)
-        qdd.append(left.z)  # (L49)
-    return qdd
+    g, w_o, rate = e.geometry, w[e.geometry.links[0].antecedent], _combination(qd, e.geometry.axes)
+    carried = V_o.linear + hat_plus_hat_squared(w_o, V_o.angular) * g.to_point.origin + cross(w_o, rate + rate)
+    relative = g.to_point.to_antecedent(g.turns.to_antecedent(e.V.linear)) - carried
+    return [dot(axis, relative) for axis in g.axes]  # (L49)
 
 
 def _of_turns(e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], wd_o: Vector) -> tuple[Scalar, ...]:

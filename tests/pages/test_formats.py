@@ -58,13 +58,15 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml", "backlash.toml", "cantilever.toml"):
-        top = used(name)
+    for name in ("all_keys", "floating_arm", "linkage", "backlash", "cantilever", "carriage", "spindle"):
+        top = used(f"{name}.toml")
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])
         yield from ((toml_keys.WITH_UNIT, p) for p in top.get("parameters", {}).values() if isinstance(p, dict))
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
+        for heading, section in toml_keys.OF_CATALOGUES.items():
+            yield from ((section, entry) for entry in top.get(heading, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
         yield from ((BEAMS, entry) for entry in top.get("beams", {}).values())
         for drive in top.get("drives", {}).values():

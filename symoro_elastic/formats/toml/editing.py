@@ -15,6 +15,7 @@ from typing import Any
 
 from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Key, Section, schema_of
@@ -51,6 +52,7 @@ SECTIONS: Mapping[str, Section] = {
     "limits": LIMITS,
     **{heading: section_of(heading) for heading in OF_JOINTS},
     OF_BEAMS: BEAMS,
+    **OF_CATALOGUES,
     "loops": LOOPS,
     "frames": FRAMES,
     OF_MOTORS: DRIVES,

@@ -11,6 +11,7 @@ from typing import Any
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
@@ -453,6 +454,7 @@ MACHINE = Section(
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
+        *(_table(name, section) for name, section in OF_CATALOGUES.items()),
         *(
             _table(OF_BEAMS, BEAMS),
             _table(OF_FLEXIBLE, FLEXIBLE),
@@ -468,7 +470,7 @@ MACHINE = Section(
 )
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
-    *map(section_of, OF_JOINTS),
+    *(*map(section_of, OF_JOINTS), *OF_CATALOGUES.values()),
     *(BEAMS, FLEXIBLE, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""

@@ -12,6 +12,7 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
+from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
 from symoro_elastic.formats.toml.key import Key
@@ -61,7 +62,8 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
-    top, source = top.only(keys.MACHINE.names), top.source
+    top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
+    source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     values = _values(parameters)
@@ -90,6 +92,7 @@ def machine_of(top: Table) -> DescribedMachine:
                 *(f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts),
             ),
             beams=beams,
+            catalogue_springs=catalogue_springs,
         ),
     )
     refuse_inside(machine, beams, values)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from symoro_elastic.formats.toml.beams import BEAMS
 from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Section
@@ -349,6 +350,8 @@ OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
     "springs": ("backlash", "rounding"),
     "friction": ("static", "stribeck", "load", "bristle", "bristle_damping", "breakaway"),
+    **{"guides": ("moments", "rails", "normal"), "screws": ("modulus", "bearing", "torsional", "lead")},
+    "bearings": ("contact_angle", "pitch_diameter", "axis"),
     OF_BEAMS: tuple(name for name in BEAMS.names if name not in ("along", "length", "section", "E", "density")),
     "motion": ("drives",),
     OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),
@@ -398,6 +401,7 @@ def _blocks(name: str, start: Start) -> list[str]:
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
+    blocks += [_of_section(name, section, start) for name, section in OF_CATALOGUES.items()]
     blocks += [
         _of_section(OF_BEAMS, BEAMS, start),
         _of_section("base", BASE, start),

@@ -33,6 +33,7 @@ INERTIA_ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 FORWARD_1 = "Forward recursion: velocities"
 KNOWN = "Forward recursion: velocities, accelerations, wrenches"
 BACKWARD = "Backward recursion: articulated inertias and wrenches"
+OF_CELLS = "(L43)-(L47)"
 FORWARD_2 = "Forward recursion: accelerations and torques"
 
 
@@ -93,7 +94,8 @@ def name_dynamics(bound: Bound, recursion: Dynamics, backward_equations: str, la
     """Name the quantities of a dynamic model."""
     _name_forward(bound, recursion)
     for j, _ in bound.mechanism.from_tips():
-        _name_backward(bound.names, recursion, j, Section(BACKWARD, j, backward_equations))
+        equations = OF_CELLS if j in recursion.cells else backward_equations
+        _name_backward(bound.names, recursion, j, Section(BACKWARD, j, equations))
     if bound.machine.degrees_of_base:
         _name_base(bound.names, recursion, Section(BACKWARD, 0, backward_equations), Section(FORWARD_2, 0, last))
     for j, _ in bound.mechanism.from_base():
@@ -198,8 +200,8 @@ def _name_backward(names: Names, recursion: Dynamics, j: int, section: Section) 
     _name_six(names, recursion.betas[j], f"bs{j}", section)
     if j in recursion.reduced:
         _name_cluster(names, recursion.reduced[j], j, section)
-    if j in recursion.suspended:
-        _name_cell(names, recursion.suspended[j], j, section)
+    if j in recursion.cells:
+        _name_cell(names, recursion.cells[j], j, section)
     if j not in recursion.eliminated:
         return
     eliminated = recursion.eliminated[j]
