@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from symoro_elastic.api.kinds import COMMAND
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,8 +22,8 @@ def flexible(
     fixed: str = "",
     interfaces: Mapping[str, str] = NOTHING,
     *,
-    mass: str | Path = "",
-    nodes: str | Path = "",
+    mass: str | Path | None = None,
+    nodes: str | Path | None = None,
     modes: int = 6,
     material: str = "steel",
     scale: float = 1.0,
@@ -44,20 +46,24 @@ def flexible(
     from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_matrices, of_mesh
     from symoro_elastic.formats.modes_file import load
 
-    file, command = str(source), "symoro-elastic"
+    file = str(source)
     if file.endswith(".npz"):
         if fixed or interfaces or mass or nodes:
-            raise InputError(command, "--fixed", "a file of modes is reduced already: leave it out")
+            raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
-    if not fixed:
-        raise InputError(command, "--fixed", "says which nodes the joint holds: a set of the mesh, x=0, or numbers")
-    if not 0 <= modes <= MOST_MODES or modes + len(interfaces) == 0:
-        raise InputError(command, "--modes", f"must be from 0 to {MOST_MODES}, with an interface or a mode at least")
-    if not scale > 0:
-        raise InputError(command, "--scale", f"{scale:g} is no scale: coordinates times it are metres")
+    _refuse(fixed, len(interfaces), modes, scale)
     if bool(mass) != bool(nodes):
-        raise InputError(command, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
+        raise InputError(COMMAND, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
     model = of_matrices(file, str(mass), str(nodes), scale) if mass else of_mesh(file, material, scale)
     held = nodes_of(model, fixed, "--fixed")
     chosen = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
     return FlexibleModes(file, reduced(model, held, chosen, modes))
+
+
+def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
+    if not fixed:
+        raise InputError(COMMAND, "--fixed", "says which nodes the joint holds: a set of the mesh, x=0, or numbers")
+    if not 0 <= modes <= MOST_MODES or modes + interfaces == 0:
+        raise InputError(COMMAND, "--modes", f"must be from 0 to {MOST_MODES}, with an interface or a mode at least")
+    if not 0 < scale < inf:
+        raise InputError(COMMAND, "--scale", f"{scale:g} is no scale: coordinates times it are metres")

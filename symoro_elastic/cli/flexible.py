@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from symoro_elastic.cli.listed import command
-from symoro_elastic.cli.options import JSON, OutputFile, writes
+from symoro_elastic.cli.options import JSON, InputFile, OutputFile, writes
 from symoro_elastic.cli.output import print_result, steps
 from symoro_elastic.foundation.errors import InputError
 
@@ -21,11 +21,11 @@ INTERFACES = click.option(
 
 
 @command("flexible")
-@click.argument("source", metavar="FILE")
+@click.argument("source", metavar="FILE", type=InputFile())
 @click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, x=0, or 1-40,77.")
 @INTERFACES
-@click.option("--mass", metavar="FILE", default="", help="Mass matrix, Matrix Market, beside the stiffness FILE.")
-@click.option("--nodes", metavar="FILE", default="", help="Nodes of the matrices: lines of number, x, y, z.")
+@click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix, Matrix Market, beside the stiffness FILE.")
+@click.option("--nodes", metavar="FILE", type=InputFile(), help="Nodes of the matrices: lines of number, x, y, z.")
 @click.option("--modes", metavar="N", type=int, default=6, help="Modes beside six for each interface (default: 6).")
 @click.option(
     "--material", metavar="NAME", default="steel",

@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from symoro_elastic.mechanics.coordinates import Rows, congruence, joint_accelerations, product
 from symoro_elastic.mechanics.factorization import Factorization, factorization, share_or_one, solution
-from symoro_elastic.mechanics.flexible_inertia import ModalMotion, modes_of
+from symoro_elastic.mechanics.flexible_inertia import ModalMotion
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Outer, Scalar, Twist, Wrench
@@ -62,7 +62,7 @@ def clusters(mechanism: Mechanism, S: Rows) -> list[Members]:
 
     A joint that shares nothing is no cluster, but a mode is.
     """
-    modal = modes_of(mechanism)
+    modal = mechanism.modes
     groups: list[set[int]] = [{j, *row, *({*modal[j].numbers} & {*S} if j in modal else ())} for j, row in S.items()]
     while True:
         merged = [_with_joints_between(mechanism, group) for group in _join(groups)]

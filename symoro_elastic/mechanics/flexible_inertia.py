@@ -25,8 +25,7 @@ Exact in e for s = 0; with foreshortening of beams to the second order.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.spatial import (
@@ -41,9 +40,6 @@ from symoro_elastic.mechanics.spatial import (
     dot,
     is_zero,
 )
-
-if TYPE_CHECKING:
-    from symoro_elastic.mechanics.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -163,17 +159,6 @@ class ModalMotion:
 def ax(T: Matrix) -> Vector:
     """The vector of r x phi summed over T = sum of r phi^T."""
     return Vector(T.y.z - T.z.y, T.z.x - T.x.z, T.x.y - T.y.x)
-
-
-def modes_of(mechanism: Mechanism) -> dict[int, Modes]:
-    """Flexible bodies by the number of each of their modes."""
-    flexible = (link.modes for link in mechanism.links if link.modes is not None)
-    return {j: modes for modes in flexible for j in modes.numbers}
-
-
-def without_modes(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with bodies that are rigid in their deformed shape."""
-    return replace(mechanism, links=tuple(replace(link, modes=None) for link in mechanism.links))
 
 
 def _sum(vectors: Sequence[Vector], factors: Sequence[Scalar], start: Vector) -> Vector:

@@ -9,7 +9,6 @@ from symoro_elastic.mechanics.base_body import solve_symmetric
 from symoro_elastic.mechanics.coordinates import Rows, congruence
 from symoro_elastic.mechanics.elimination import SingularPivot
 from symoro_elastic.mechanics.factorization import Factorization, solution
-from symoro_elastic.mechanics.flexible_inertia import modes_of
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import NO_WRENCH, Axis, RigidInertia, Scalar, Twist, Vector, Wrench
 
@@ -33,7 +32,7 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
 
     Entries are zero where neither joint carries the other. Units kg m2, kg m or kg.
     """
-    n, modal = len(mechanism.links), modes_of(mechanism)
+    n, modal = len(mechanism.links), mechanism.modes
     composite = [mechanism.body or RigidInertia(), *(link.body for link in mechanism.links)]
     f = [NO_WRENCH] * (n + 1)
     A: list[list[Scalar]] = [[0] * (n + 1) for _ in range(n + 1)]

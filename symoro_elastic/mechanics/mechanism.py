@@ -107,6 +107,11 @@ class Mechanism:
         return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
 
     @property
+    def modes(self) -> dict[int, Modes]:
+        """Flexible bodies by the number of each of their modes."""
+        return {j: link.modes for link in self.links if link.modes is not None for j in link.modes.numbers}
+
+    @property
     def carriers(self) -> set[int]:
         """Numbers of the links that carry others, 0 for the base."""
         return {link.antecedent for link in self.links}

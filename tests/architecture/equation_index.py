@@ -119,6 +119,12 @@ OF_LOOPS = {
     47: "acceleration of a carried body of constant inertia",
     48: "accelerations of the turns of a cell",
     49: "accelerations of the slides of a cell",
+    50: "moments of the modes of a body at its deflections",
+    51: "the deformed body as a rigid one",
+    52: "force by the rates of modes",
+    53: "moment by the rates of modes",
+    54: "force on a mode by velocities",
+    55: "equation of a mode",
 }
 BY_RATES = "what (L10) and (L11) come to for a triangle: these are solved"
 NOT_CITED = {
