@@ -79,7 +79,7 @@ def _is_cell(links: Sequence[Link]) -> bool:
     return all(map(is_zero, zeros)) and all(link.before.permutes for link in turns)
 
 
-def with_joined_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
+def join_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
     """The mechanism in which bodies on fixed frames belong to the bodies at ends of cells that they are fixed to.
 
     The inertia of a body that carries nothing else then is constant.
@@ -193,7 +193,7 @@ def _alone(body: CentralInertia, w: Vector, f: Wrench) -> Twist:
     return Twist(body.Minv * f.force - hat_plus_hat_squared(w, wd) * body.c, wd)  # (L47)
 
 
-def accelerations_of_joints(
+def cell_qdd(
     cell: ElasticCell, e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], V_o: Twist
 ) -> dict[int, Scalar]:
     """Accelerations of the six joints from those of the carried body and of the antecedent, without gravity."""
