@@ -92,6 +92,15 @@ def beams_table(machine: Machine, title: str = "") -> Table:
     return table
 
 
+def catalogue_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the springs of a machine whose stiffness comes from a catalogue, as in their table."""
+    return _by_first_cell(catalogue_table(machine))
+
+
+def _by_first_cell(table: Table) -> dict[str, dict[str, str]]:
+    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+
+
 def catalogue_table(machine: Machine, title: str = "") -> Table:
     """Return the springs whose stiffness comes from a catalogue, with values where parameters have some."""
     table = Table(("spring", "stiffness", "formula", "source", "tolerance"), title=title)
@@ -186,14 +195,12 @@ def drives_lines(machine: Machine) -> list[str]:
 
 def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
     """Return the drives of a machine by motor, as in their table."""
-    table = drives_table(machine)
-    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+    return _by_first_cell(drives_table(machine))
 
 
 def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
     """Return the beams of a machine by name, as in their table."""
-    table = beams_table(machine)
-    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+    return _by_first_cell(beams_table(machine))
 
 
 def limits_json(machine: Machine) -> dict[str, Any]:

@@ -18,13 +18,7 @@ from dataclasses import dataclass, field, replace
 from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
 from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
-from symoro_elastic.mechanics.elastic_cells import (
-    CellElimination,
-    ElasticCell,
-    accelerations_of_joints,
-    eliminate_cell,
-    with_joined_bodies,
-)
+from symoro_elastic.mechanics.elastic_cells import CellElimination, ElasticCell, cell_qdd, eliminate_cell, join_bodies
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -101,7 +95,7 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     unknown = unknown_accelerations(mechanism, rules, base)
     ends = {rule.end for rule in rules if isinstance(rule, ElasticCell)}
     in_cells = {j for j in unknown if isinstance(rules[j], ElasticCell)}
-    mechanism = with_tips_in_frames_before(with_joined_bodies(mechanism, ends), unknown - in_cells)
+    mechanism = with_tips_in_frames_before(join_bodies(mechanism, ends), unknown - in_cells)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
     for j, link in mechanism.from_base():
@@ -285,7 +279,7 @@ def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars
     """Acceleration of a body of a cell; those of its joints at its first link."""
     e, o = s.cells[cell.end], link.antecedent
     if j == cell.links[0]:
-        s.qdd.update(accelerations_of_joints(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
+        s.qdd.update(cell_qdd(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
         s.Gamma.update(cell.Gamma)
     if j == cell.end:
         s.vd[j], s.wd[j] = s.remainder[j] = e.V

@@ -67,20 +67,19 @@ def elastic_cells(mechanism: Mechanism, elastic: Collection[int]) -> list[tuple[
 
 
 def _is_cell(links: Sequence[Link]) -> bool:
-    slides, turns = links[:3], links[3:]
-    if any(x.axis is not Axis.PRISMATIC for x in slides) or any(x.axis is not Axis.REVOLUTE for x in turns):
+    if [link.axis for link in links] != [Axis.PRISMATIC] * 3 + [Axis.REVOLUTE] * 3:
         return False
     if any(link.body != MASSLESS or link.wrench != NO_WRENCH for link in links[:-1]):
         return False
-    _, second, third = slides
+    _, second, third, _, *turns = links
     across = third.before.to_child(second.transform.to_child(EZ)).z
-    cosines = (across, *(link.before.to_child(EZ).z for link in (second, third, *turns[1:])))
-    zeros = (*cosines, *(step.shift for link in turns[1:] for step in link.before.steps))
-    quarter_turns = all(link.before.permutes for link in turns[1:])
-    return quarter_turns and all(map(is_zero, (*zeros, *(link.rotor_inertia for link in links))))
+    cosines = (across, *(link.before.to_child(EZ).z for link in (second, third, *turns)))
+    shifts = (step.shift for link in turns for step in link.before.steps)
+    zeros = (*cosines, *shifts, *(link.rotor_inertia for link in links))
+    return all(map(is_zero, zeros)) and all(link.before.permutes for link in turns)
 
 
-def with_joined_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
+def join_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
     """The mechanism in which bodies on fixed frames belong to the bodies at ends of cells that they are fixed to.
 
     The inertia of a body that carries nothing else then is constant.
@@ -194,7 +193,7 @@ def _alone(body: CentralInertia, w: Vector, f: Wrench) -> Twist:
     return Twist(body.Minv * f.force - hat_plus_hat_squared(w, wd) * body.c, wd)  # (L47)
 
 
-def accelerations_of_joints(
+def cell_qdd(
     cell: ElasticCell, e: CellElimination, w: Sequence[Vector], qd: Sequence[Scalar], V_o: Twist
 ) -> dict[int, Scalar]:
     """Accelerations of the six joints from those of the carried body and of the antecedent, without gravity."""

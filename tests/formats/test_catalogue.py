@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from math import pi, radians, tan
 
 import numpy as np
@@ -128,6 +129,8 @@ def test_what_show_prints_and_sweeps_change() -> None:
     assert rows["carriage_rx"][:2] == ("6.664e+07 N m/rad", "4*k_block*(b/2)^2 + 4*2e4")
     assert rows["carriage_x"][0] == "by x" and rows["carriage_x"][2].startswith("ISO 3408-4")
     assert "springs from catalogues" in ended("show", str(EXAMPLES / "carriage.toml")).out
+    as_json = json.loads(ended("show", str(EXAMPLES / "carriage.toml"), "--json").out)
+    assert as_json["catalogue_springs"]["carriage_rx"]["tolerance"].startswith("20 %")
     modes = [se.modes(EXAMPLES / "carriage.toml", values={"k_block": k}).frequencies[1] for k in (4e8, 8e8)]
     assert modes[0] < modes[1]
 

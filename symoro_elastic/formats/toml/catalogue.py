@@ -180,8 +180,7 @@ def _guide(entry: _Entry) -> tuple[str, dict[str, Formula]]:
             raise entry.table.fail("moments", f"nothing else holds the {turn}: give those of a block, or more blocks")
     (across,) = {*AXES} - {rails, normal}
     names = {"lateral": across, "normal": normal, "roll": f"r{rails}", "pitch": f"r{across}", "yaw": f"r{normal}"}
-    stiffnesses = catalogue.guide(blocks, (a, b), radial, lateral, moments)
-    return rails, {names[x]: k for x, k in stiffnesses.items()}
+    return rails, {names[x]: k for x, k in catalogue.guide(blocks, (a, b), radial, lateral, moments).items()}
 
 
 def _bearings(entry: _Entry) -> tuple[str, dict[str, Formula]]:

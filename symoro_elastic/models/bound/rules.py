@@ -72,11 +72,9 @@ class Motion:
 
     def dynamics_by_cells(self, mechanism: Mechanism) -> Dynamics:
         """The same with elastic cells eliminated as wholes, which costs less."""
-        rules = list(self.rules)
-        for links in elastic_cells(mechanism, {*self._lone_joints} & {*self.bound.machine.elastic}):
-            cell = ElasticCell(links, {j: self.Gamma_u[j] for j in links})
-            for j in links:
-                rules[j] = cell
+        groups = elastic_cells(mechanism, {*self._lone_joints} & {*self.bound.machine.elastic})
+        cells = {j: ElasticCell(links, {i: self.Gamma_u[i] for i in links}) for links in groups for j in links}
+        rules = [cells.get(j, rule) for j, rule in enumerate(self.rules)]
         return dynamics(mechanism, self.bound.rates(), rules, base_rule(self.bound))
 
     def accelerations(self, recursion: Dynamics) -> dict[int, Scalar]:

@@ -36,6 +36,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import (
     beams_table,
     bodies_table,
+    catalogue_table,
     drives_table,
     limits_table,
     machine_table,
@@ -233,8 +234,9 @@ def _machine(subject: Subject) -> Iterator[str]:
     placement = placed_machine(machine, {})
     yield block(axes_table(placement, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
-    if (flexible := beams_table(machine, "Beams")).rows:
-        yield block(flexible)
+    for flexible in (beams_table(machine, "Beams"), catalogue_table(machine, "Springs from catalogues")):
+        if flexible.rows:
+            yield block(flexible)
     if (limited := limits_table(machine, "Limits")).rows:
         yield block(limited)
     if (driven := drives_table(machine, "Drives")).rows:
