@@ -30,6 +30,7 @@ from symoro_elastic.foundation.version import __version__ as __version__
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control as Control
     from symoro_elastic.analysis.control.lobes import Lobes as Lobes
+    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes as FlexibleModes
     from symoro_elastic.analysis.ladder.reduced import Reduced as Reduced
     from symoro_elastic.analysis.ladder.rungs import Ladder as Ladder
     from symoro_elastic.analysis.poses.evaluation import Evaluation as Evaluation
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.drawings import picture as picture
     from symoro_elastic.api.drawings import report as report
     from symoro_elastic.api.drawings import view as view
+    from symoro_elastic.api.flexible import flexible as flexible
     from symoro_elastic.api.kinematics import singularities as singularities
     from symoro_elastic.api.loaded import LoadedModel as LoadedModel
     from symoro_elastic.api.loaded import load as load
@@ -96,6 +98,7 @@ _MODULES = {
     "foundation.errors": "InputError",
     "api.control": "control lobes tune",
     "api.drawings": "MachinePage MachinePicture Report picture report view",
+    "api.flexible": "flexible",
     "api.kinematics": "singularities",
     "api.loaded": "LoadedModel load",
     "api.machines": "MachineWarning new read write",
@@ -107,6 +110,7 @@ _MODULES = {
     "api.vibrations": "compare feed_forward linearize modes response",
     "analysis.control.control": "Control",
     "analysis.control.lobes": "Lobes",
+    "analysis.fe_bodies.fe_body": "FlexibleModes",
     "analysis.ladder.reduced": "Reduced",
     "analysis.ladder.rungs": "Ladder",
     "analysis.poses.evaluation": "Evaluation",

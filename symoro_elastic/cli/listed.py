@@ -24,6 +24,7 @@ class Listed(NamedTuple):
 SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     "Files": {
         "new": Listed("formats", "Write NAME.toml, a commented machine to start from."),
+        "flexible": Listed("flexible", "Reduce a finite-element body to modes, or show one."),
         "formats": Listed("formats", "Print the reference of all file formats."),
         "schema": Listed("formats", "Print the JSON Schema of machine or scene files."),
     },

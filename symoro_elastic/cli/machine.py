@@ -85,7 +85,7 @@ def _as_json(
     chain: ClosedChain, placement: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
 ) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
-    from symoro_elastic.machine.views import drives_json, frames_json, limits_json
+    from symoro_elastic.machine.views import beams_json, catalogue_json, drives_json, frames_json, limits_json
     from symoro_elastic.pages.closed_chains import closed_chain_json
     from symoro_elastic.pages.show import axes_json, position_json
 
@@ -102,6 +102,8 @@ def _as_json(
         "gravity": [str(x) for x in machine.base.gravity],
         "frames": frames_json(machine),
         "parameters": [p.name for p in machine.parameters],
+        "beams": beams_json(machine),
+        "catalogue_springs": catalogue_json(machine),
         "limits": limits_json(machine),
         "drives": drives_json(machine),
         "base_parameters": base.formulas,

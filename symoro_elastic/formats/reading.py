@@ -76,6 +76,8 @@ def write_machine(machine: Machine, path: str | Path, like: str | Path | None = 
     """
     form = refuse_unwritable(path)
     assert form.write
+    if form is not toml.FORMAT:
+        machine.refuse_flexible(f"the format {form.title}")
     text, lost = form.write(machine), ""
     if form is toml.FORMAT and like is not None:
         from symoro_elastic.formats.toml.kept_text import in_text_of

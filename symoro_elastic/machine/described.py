@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.catalogue import CatalogueSpring
 from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Machine
@@ -71,7 +73,8 @@ class Origin:
     `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
     the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
     comes from unless it is given there. `ungrouped` is the machine before its inertial parameters were grouped.
-    `shapes` are what bodies look like.
+    `shapes` are what bodies look like, `beams` those that became rows, `catalogue_springs` the springs whose stiffness
+    comes from a catalogue.
     """
 
     notes: tuple[str, ...] = ()
@@ -80,6 +83,8 @@ class Origin:
     of_name: str = field(default="", compare=False)
     ungrouped: Machine | None = field(default=None, compare=False, repr=False)
     shapes: tuple[BodyShape, ...] = field(default=(), compare=False, repr=False)
+    catalogue_springs: tuple[CatalogueSpring, ...] = field(default=(), compare=False, repr=False)
+    beams: tuple[Beam, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, repr=False)

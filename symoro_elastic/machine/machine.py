@@ -14,6 +14,7 @@ from typing import TypeVar
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Shown
 from symoro_elastic.machine.columns import AXES, Cell, Dimension, cells, column
+from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import (
     NO_INERTIA,
@@ -142,7 +143,8 @@ class Machine(Shown):
     `joint(j)` is row j of the table. Where it `is_grouped`, its inertial parameters are base parameters, which are
     not those of physical bodies. `static` are the rows, by number, of springs that are left out of the motion, as they
     are when they deflect; `forces` the frames, and points of them, with wrenches that its models have as
-    arguments; `frames` those that have a name and no row. `source` is the file that messages name.
+    arguments; `frames` those that have a name and no row, `flexible` the bodies that bend. `source` is the file that
+    messages name.
     """
 
     name: str
@@ -156,6 +158,7 @@ class Machine(Shown):
     static: dict[int, Joint] = field(default_factory=dict)
     forces: tuple[RequestedPart, ...] = ()
     frames: tuple[NamedFrame, ...] = ()
+    flexible: tuple[FlexibleBody, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -276,10 +279,16 @@ class Machine(Shown):
 
     @cached_property
     def is_coupled(self) -> bool:
-        """Whether joints depend on other joints' variables: by their cells, or through loops."""
-        if self.loops or any(joint.kind is Kind.COUPLED for joint in self.joints):
+        """Whether joints depend on other joints' variables: by their cells, through loops, or by flexible bodies."""
+        if self.loops or self.flexible or any(joint.kind is Kind.COUPLED for joint in self.joints):
             return True
         return any(not self.variables.keys().isdisjoint(joint.selected.names) for joint in self.joints)
+
+    @cached_property
+    def flexible_bodies(self) -> dict[int, tuple[FlexibleBody, tuple[int, ...]]]:
+        """Flexible bodies with the numbers (from 1) of their modes, by the number of the row that they belong to."""
+        numbers = {joint.name: j for j, joint in enumerate(self.joints, start=1)}
+        return {numbers[x.joint]: (x, tuple(numbers[name] for name in x.modes)) for x in self.flexible}
 
     @cached_property
     def motors(self) -> tuple[int, ...]:
@@ -327,6 +336,12 @@ class Machine(Shown):
         for numbers, why in ((self.bristles, states), (self.loaded, loads)):
             for j in numbers:
                 raise self.error(f"friction, {self.joint(j).name}", f"{task} {why}")
+
+    def refuse_flexible(self, task: str) -> None:
+        """Raise `InputError` where a body bends by modes, whose integrals over the mass a task does not know."""
+        for body in self.flexible:
+            what = f"{task} does not know the integrals of its modes: give a beam joints in place of modes"
+            raise self.error(f"flexible body {body.joint}", what)
 
     @cached_property
     def with_backlash(self) -> tuple[int, ...]:

@@ -14,11 +14,11 @@ from symoro_elastic.machine.described import AnyMachine, DescribedMachine, drive
 from symoro_elastic.machine.drives import Drive, Drives, gain_unit, why_wrong
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.loops import branches
-from symoro_elastic.machine.machine import Joint, Machine, Parameter
+from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quote
 
-GEOMETRY = "joints"
-"""The section of the file that holds lengths and angles."""
+GEOMETRY, BODIES = "joints", "bodies"
+"""The sections of the file that hold lengths and angles, and inertial parameters."""
 OF_TIME = ("lag", "dead_time", "period", "windup", "ti", "time")
 UNITS = {"frequency": "Hz", "current_limit": "A", "voltage_limit": "V", "kp": "V/A", **dict.fromkeys(OF_TIME, "s")}
 WINDING = ("resistance", "inductance", "torque_constant", "back_emf")
@@ -29,13 +29,26 @@ def with_named_cells(machine: AnyMachine) -> AnyMachine:
     """Return the machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` with values.
 
     Parameters keep their names. Zeros and angles stay as they are: they are the structure of a machine. So do lengths
-    in loops: one that changes alone may open a loop, as two sides of a parallelogram are equal.
+    in loops: one that changes alone may open a loop, as two sides of a parallelogram are equal. So do bodies that bend
+    by modes: their integrals do not follow.
     """
     named: list[Parameter] = []
     around = {j for loop in machine.loops for branch in branches(machine.antecedents, loop) for j in branch}
     numbered = enumerate(machine.joints, start=1)
-    joints = tuple(_with_named_numbers(joint, named, GEOMETRY if j in around else "") for j, joint in numbered)
+    bending, held = machine.flexible_bodies, around | _followers(machine)
+    sections = ((j, joint, (GEOMETRY,) * (j in held) + (BODIES,) * (j in bending)) for j, joint in numbered)
+    joints = tuple(_with_named_numbers(joint, named, untouched) for _, joint, untouched in sections)
     return replace(machine, joints=joints, parameters=(*machine.parameters, *named))
+
+
+def _followers(machine: Machine) -> set[int]:
+    """Rows from bodies that bend by modes to their interfaces, whose places are those of the modes."""
+    rows: set[int] = set()
+    for j, joint in enumerate(machine.joints, start=1):
+        begins = joint.antecedent in machine.flexible_bodies and joint.kind in (Kind.COUPLED, Kind.FIXED)
+        if begins or (joint.antecedent in rows and joint.kind is Kind.COUPLED):
+            rows.add(j)
+    return rows
 
 
 def with_values(machine: AnyMachine, values: Mapping[str, float]) -> AnyMachine:
@@ -92,14 +105,14 @@ def _refuse(machine: Machine, place: str, dimension: Dimension, formula: Formula
         raise InputError(machine.label, place, what)
 
 
-def _with_named_numbers(joint: Joint, named: list[Parameter], untouched: str) -> Joint:
-    """The joint with names in place of the numbers that may be tuned, but those of the section `untouched`.
+def _with_named_numbers(joint: Joint, named: list[Parameter], untouched: Collection[str]) -> Joint:
+    """The joint with names in place of the numbers that may be tuned, but those of the sections `untouched`.
 
     Their values are added to `named`.
     """
 
     def name(cell: Cell, formula: Formula) -> Formula:
-        if formula.names or formula.is_zero or not cell.column.tunable or cell.column.section == untouched:
+        if formula.names or formula.is_zero or not cell.column.tunable or cell.column.section in untouched:
             return formula
         name = f"{joint.name}.{cell.name}"
         named.append(Parameter(name, formula))

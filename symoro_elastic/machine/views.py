@@ -8,7 +8,7 @@ from typing import Any
 
 from symoro_elastic.foundation.results import Part, Table, parts_of
 from symoro_elastic.machine.columns import cells, declared_columns
-from symoro_elastic.machine.described import drives_of, limits_of
+from symoro_elastic.machine.described import DescribedMachine, drives_of, limits_of
 from symoro_elastic.machine.drives import ONE, Drive, LowPass, Notch, Sought, gain_unit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
@@ -30,7 +30,11 @@ def _(machine: Machine) -> list[Part]:
 
 def other_tables(machine: Machine) -> list[Table]:
     """Return the tables of named frames, limits and drives that have rows."""
-    tables = (frames_table(machine, "frames"), limits_table(machine, "limits"), drives_table(machine, "drives"))
+    by_title = {
+        **{"beams": beams_table, "springs from catalogues": catalogue_table},
+        **{"frames": frames_table, "limits": limits_table, "drives": drives_table},
+    }
+    tables = [table(machine, title) for title, table in by_title.items()]
     return [table for table in tables if table.rows]
 
 
@@ -72,6 +76,48 @@ def frames_json(machine: Machine) -> dict[str, Any]:
         frame.name: {"on": frame.on or BASE, "at": [*map(_written, frame.at)], "rpy": [*map(_written, frame.rpy)]}
         for frame in machine.frames
     }
+
+
+def beams_table(machine: Machine, title: str = "") -> Table:
+    """Return the beams of a machine's file: first frequencies, Hz, are those with the root clamped and the tip free."""
+    heads = ("beam", "along", "length, m", "mass, kg", "rule", "joints", "first frequencies if clamped, Hz")
+    table = Table(heads, title=title)
+    values = _stated_values(machine)
+    for beam in machine.origin.beams if isinstance(machine, DescribedMachine) else ():
+        numbers = (Formula.parse(text).known_value(values) for text in (beam.length, beam.piece(0.0, 1.0)[0]))
+        length, mass = ("-" if x is None else f"{x:.6g}" for x in numbers)
+        first = ", ".join(f"{kind} {'-' if f is None else f'{f:.5g}'}" for kind, f in beam.first_frequencies(values))
+        counts = "+".join(str(len(beam.places(kind)[0])) for kind in beam.bends)
+        table.add_row(beam.name, beam.along, length, mass, beam.rule, counts, first)
+    return table
+
+
+def catalogue_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the springs of a machine whose stiffness comes from a catalogue, as in their table."""
+    return _by_first_cell(catalogue_table(machine))
+
+
+def _by_first_cell(table: Table) -> dict[str, dict[str, str]]:
+    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+
+
+def catalogue_table(machine: Machine, title: str = "") -> Table:
+    """Return the springs whose stiffness comes from a catalogue, with values where parameters have some."""
+    table = Table(("spring", "stiffness", "formula", "source", "tolerance"), title=title)
+    values = _stated_values(machine)
+    units = {joint.name: f"{joint.force_unit}/{joint.unit}" for joint in machine.joints}
+    for spring in machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ():
+        value = spring.stiffness.known_value(values)
+        varying = ", ".join(sorted(spring.stiffness.names - values.keys()))
+        shown = f"by {varying}" if value is None else f"{value:.6g} {units.get(spring.joint, '')}"
+        table.add_row(spring.joint, shown, _written(spring.stiffness), spring.source, spring.tolerance)
+    return table
+
+
+def _stated_values(machine: Machine) -> dict[str, float]:
+    """The values of parameters that have one."""
+    stated = {parameter.name: parameter.value for parameter in machine.parameters if parameter.value is not None}
+    return {name: x for name, cell in stated.items() if (x := cell.known_value({})) is not None}
 
 
 def limits_table(machine: Machine, title: str = "") -> Table:
@@ -149,8 +195,12 @@ def drives_lines(machine: Machine) -> list[str]:
 
 def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
     """Return the drives of a machine by motor, as in their table."""
-    table = drives_table(machine)
-    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
+    return _by_first_cell(drives_table(machine))
+
+
+def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the beams of a machine by name, as in their table."""
+    return _by_first_cell(beams_table(machine))
 
 
 def limits_json(machine: Machine) -> dict[str, Any]:

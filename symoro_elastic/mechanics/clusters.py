@@ -12,12 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from symoro_elastic.mechanics.coordinates import Rows, congruence, joint_accelerations, product
 from symoro_elastic.mechanics.factorization import Factorization, factorization, share_or_one, solution
+from symoro_elastic.mechanics.flexible_inertia import ModalMotion
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.mechanism import Mechanism
-from symoro_elastic.mechanics.spatial import NO_WRENCH, ArticulatedInertia, Axis, Outer, Scalar, Twist, Wrench
+from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Outer, Scalar, Twist, Wrench
+
+NO_MODES: Mapping[int, ModalMotion] = MappingProxyType({})
+NO_BIAS: Mapping[int, Twist] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -53,14 +58,18 @@ class Cluster:
 
 
 def clusters(mechanism: Mechanism, S: Rows) -> list[Members]:
-    """The clusters of more than one joint: joints whose rows of S share a coordinate, and those between them."""
-    groups: list[set[int]] = [{j, *row} for j, row in S.items()]
+    """The clusters: joints whose rows of S share a coordinate, modes of one body, and the joints between them.
+
+    A joint that shares nothing is no cluster, but a mode is.
+    """
+    modal = mechanism.modes
+    groups: list[set[int]] = [{j, *row, *({*modal[j].numbers} & {*S} if j in modal else ())} for j, row in S.items()]
     while True:
         merged = [_with_joints_between(mechanism, group) for group in _join(groups)]
         if merged == groups:
             break
         groups = merged
-    together = [tuple(sorted(group)) for group in groups if len(group) > 1]
+    together = [tuple(sorted(group)) for group in groups if len(group) > 1 or group & {*modal}]
     return [Members(_antecedent(mechanism, links), links) for links in sorted(together)]
 
 
@@ -138,14 +147,21 @@ def eliminate_cluster(
     betas: Mapping[int, Wrench],
     gamma: Sequence[Twist],
     B_o: Twist,
+    flexible: Mapping[int, ModalMotion] = NO_MODES,
+    bias: Mapping[int, Twist] = NO_BIAS,
 ) -> ClusterElimination:
     """Eliminate the free coordinates of a cluster.
 
-    `B_o` is the acceleration of the antecedent o that is known, zero where none is. Raises `ZeroDivisionError` where H
-    is singular.
+    `B_o` is the acceleration of the antecedent o that is known, zero where none is. `flexible` are the motions of
+    modes by number, `bias` the parts of the bodies' accelerations that B does not have. Raises `ZeroDivisionError`
+    where H is singular.
     """
-    tree = _tree(mechanism, cluster, Js, betas, _bias_accelerations(mechanism, cluster, gamma, B_o))
+    B = _bias_accelerations(mechanism, cluster, gamma, B_o)
+    tree = _tree(mechanism, cluster, Js, betas, B, flexible)
     H, U, eta = _of_coordinates(mechanism, cluster, tree)
+    for j, force in _on_modes(mechanism, cluster, B, flexible, bias).items():
+        for k, x in cluster.S[j].items():
+            eta[k] = eta[k] + x * force  # (L55)
     rho = {k: cluster.Gamma[k] - eta[k] for k in cluster.free}  # (L25)
     factors = factorization(sorted(cluster.free, reverse=True), H, share_or_one)
     K, alpha = tree.Jc[cluster.members.antecedent], tree.p[cluster.members.antecedent]
@@ -174,30 +190,44 @@ def _tree(
     Js: Mapping[int, ArticulatedInertia],
     betas: Mapping[int, Wrench],
     B: Mapping[int, Twist],
+    flexible: Mapping[int, ModalMotion],
 ) -> _Tree:
     o, links = cluster.members.antecedent, cluster.members.links
     Jc = {o: ArticulatedInertia.zero(), **{j: Js[j] for j in links}}
     p = {o: NO_WRENCH, **{j: Js[j] * B[j] - betas[j] for j in links}}
+    for j in flexible.keys() & {*links} & cluster.gam.keys():
+        carrier = mechanism.link(j).antecedent
+        p[carrier] = p[carrier] + cluster.gam[j] * flexible[j].U[j]  # (L55)
     tree = _Tree(Jc, p, {}, {})
     for j in reversed(links):
         link = mechanism.link(j)
         i = link.antecedent
-        _add_joint(mechanism, tree, j, o)
+        _add_joint(mechanism, tree, j, o, flexible)
         Jc_at_i = Jc[j].rotated_back(link.joint_rotation).to_antecedent(link.before)
         p_at_i = link.transform.T * p[j]
         Jc[i], p[i] = Jc[i] + Jc_at_i, p[i] + p_at_i  # (L23)
     return tree
 
 
-def _add_joint(mechanism: Mechanism, tree: _Tree, j: int, o: int) -> None:
+def _add_joint(mechanism: Mechanism, tree: _Tree, j: int, o: int, flexible: Mapping[int, ModalMotion]) -> None:
     """Column j of A, and Phi_j at the antecedent o."""
     link, A = mechanism.link(j), tree.A
     A.setdefault(j, {})
     if link.axis is Axis.NONE:
         return
-    F = tree.Jc[j] * link.axis
-    A[j][j] = link.axis.T * F + link.rotor_inertia  # (L24)
     i = j
+    if j in flexible:
+        F, i = flexible[j].U[j], link.antecedent
+        A[j].update(flexible[j].modes.masses(j))  # (L55)
+        if i == o:
+            tree.Phi[j] = F
+            return
+        axis = mechanism.link(i).axis
+        if axis is not Axis.NONE:
+            A.setdefault(i, {})[j] = A[j][i] = axis.T * F
+    else:
+        F = tree.Jc[j] * link.axis
+        A[j][j] = link.axis.T * F + link.rotor_inertia  # (L24)
     while (carrier := mechanism.link(i).antecedent) != o:
         F, i = mechanism.link(i).transform.T * F, carrier
         axis = mechanism.link(i).axis
@@ -220,6 +250,23 @@ def _of_coordinates(
             U[k] = U[k] + x * tree.Phi[j]  # (L25)
             eta[k] = eta[k] + x * force  # (L25)
     return H, U, eta
+
+
+def _on_modes(
+    mechanism: Mechanism,
+    cluster: Cluster,
+    B: Mapping[int, Twist],
+    flexible: Mapping[int, ModalMotion],
+    bias: Mapping[int, Twist],
+) -> dict[int, Scalar]:
+    """Forces on the modes of a cluster by velocities and known accelerations, by number."""
+    forces: dict[int, Scalar] = {}
+    for j in flexible.keys() & {*cluster.members.links}:
+        carrier = mechanism.link(j).antecedent
+        V = B[carrier] + bias.get(carrier, AT_REST)
+        edd = {k: cluster.gam[k] for k in flexible[j].modes.numbers if k in cluster.gam}
+        forces[j] = flexible[j].force(j, V, edd)
+    return forces
 
 
 def motion(e: ClusterElimination, cluster: Cluster, V_o: Twist) -> ClusterMotion:

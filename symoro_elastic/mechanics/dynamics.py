@@ -1,9 +1,10 @@
 """The dynamic models [12]-[61]: one backward recursion, in which a joint's rule is data.
 
 Each joint has either its torque known (a motor in the direct model; an elastic or passive joint always) or its
-acceleration known (a motor in the inverse model), or belongs to a cluster. Where all accelerations from the base to a
-body are known, its own is known before the backward recursion and [12], [15] give its wrench; the recursion over
-articulated inertias is for the others. The base is one of the former, unless it floats under a known wrench.
+acceleration known (a motor in the inverse model), or belongs to a cluster or an elastic cell. Where all accelerations
+from the base to a body are known, its own is known before the backward recursion and [12], [15] give its wrench; the
+recursion over articulated inertias is for the others. The base is one of the former, unless it floats under a known
+wrench.
 
 In place of V' the recursion finds its remainder beyond a bias that is known beforehand (`bias_acceleration`). K, alpha
 and gamma are in the frame before the joint's rotation, where gamma is shortest; R rotates them to frame j.
@@ -17,6 +18,7 @@ from dataclasses import dataclass, field, replace
 from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
 from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
 from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
+from symoro_elastic.mechanics.elastic_cells import CellElimination, ElasticCell, cell_qdd, eliminate_cell, join_bodies
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -27,6 +29,7 @@ from symoro_elastic.mechanics.elimination import (
     joint_acceleration,
     prescribe,
 )
+from symoro_elastic.mechanics.flexible_inertia import ModalMotion, Modes
 from symoro_elastic.mechanics.kinematics import Scalars, angular_motion, angular_velocities, coriolis, velocity_terms
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
@@ -46,7 +49,7 @@ from symoro_elastic.mechanics.spatial import (
 
 __all__ = ["AccelerationKnown", "Dynamics", "Rule", "SingularPivot", "TorqueKnown", "dynamics"]
 
-Rules = Sequence[Rule | Cluster | None]
+Rules = Sequence[Rule | Cluster | ElasticCell | None]
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,8 @@ class Dynamics:
 
     `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
     rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known, `solved`, `reduced` and `moved` solutions for the base and clusters.
+    [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `cells` solutions for
+    the base, clusters and elastic cells. `flexible` are the motions of modes, by the number of each.
     """
 
     mechanism: Mechanism
@@ -77,6 +81,8 @@ class Dynamics:
     reduced: dict[int, ClusterElimination] = field(default_factory=dict)
     moved: dict[int, ClusterMotion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
+    cells: dict[int, CellElimination] = field(default_factory=dict)
+    flexible: dict[int, ModalMotion] = field(default_factory=dict)
 
 
 def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
@@ -87,20 +93,27 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     wrench on it is known. N m or N, rad/s2 or m/s2. Raises `SingularPivot`.
     """
     unknown = unknown_accelerations(mechanism, rules, base)
-    mechanism = with_tips_in_frames_before(mechanism, unknown)
+    ends = {rule.end for rule in rules if isinstance(rule, ElasticCell)}
+    in_cells = {j for j in unknown if isinstance(rules[j], ElasticCell)}
+    mechanism = with_tips_in_frames_before(join_bodies(mechanism, ends), unknown - in_cells)
     w = angular_velocities(mechanism, qd)
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
+    for j, link in mechanism.from_base():
+        if link.modes is not None:
+            s.flexible.update(dict.fromkeys(link.modes.numbers, link.modes.motion(w[j], qd)))
     _start(s, base)
     _forward_known(s, qd, rules)
-    bias, gamma = bias_accelerations(mechanism, unknown, s.bias, s.gamma)
+    s.bias.update(dict.fromkeys(in_cells, AT_REST))
+    bias, gamma = bias_accelerations(mechanism, unknown - in_cells, s.bias, s.gamma)
     s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
-            _begin(s, j, link.body, link.wrench)
+            wrench = link.wrench if link.modes is None else link.wrench + _of_modes(s, link.modes, rules)
+            _begin(s, j, RigidInertia() if j in in_cells else link.body, wrench)
     _backward(s, rules)
     if base is not None:
         _solve_base(s, base)
-    _forward(s, rules)
+    _forward(s, qd, rules)
     return s
 
 
@@ -108,7 +121,7 @@ def unknown_accelerations(mechanism: Mechanism, rules: Rules, base: WrenchKnown 
     """Numbers of the bodies with unknown acceleration: those beyond a joint of known torque."""
     unknown = set() if base is None else {0}
     for j, link in mechanism.from_base():
-        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster):
+        if link.antecedent in unknown or isinstance(rules[j], TorqueKnown | Cluster | ElasticCell):
             unknown.add(j)
     return unknown
 
@@ -137,7 +150,7 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     """Accelerations [6] and wrenches [12] of bodies before any unknown acceleration."""
     for j, link in s.mechanism.from_base():
         i, rule = link.antecedent, rules[j]
-        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster):
+        if i not in s.vd or isinstance(rule, TorqueKnown | Cluster | ElasticCell):
             continue
         qdd = rule.qdd if rule else 0
         gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
@@ -145,7 +158,19 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
         s.vd[j] = _origin_acceleration(link, s.vd[i], s.U[i], s.U[j]) + (gamma + gain)  # (6)
         s.bias[j], s.remainder[j] = Twist(s.vd[j], ZERO), Twist(ZERO, s.wd[j])
         s.F[j] = newton_euler(link.body, s.w[j], s.wd[j], s.vd[j], s.U[j])  # (12)
+        if link.modes is not None:
+            s.F[j] = s.F[j] + _of_modes(s, link.modes, rules)
         s.f[j] = s.F[j] + link.wrench
+
+
+def _of_modes(s: Dynamics, modes: Modes, rules: Rules) -> Wrench:
+    """The wrench that velocities and known accelerations of modes require on their body (L52), (L53), (L55)."""
+    return s.flexible[modes.numbers[0]].wrench(_known_of_modes(modes, rules))
+
+
+def _known_of_modes(modes: Modes, rules: Rules) -> dict[int, Scalar]:
+    pairs = ((j, rules[j]) for j in modes.numbers)
+    return {j: rule.qdd for j, rule in pairs if isinstance(rule, AccelerationKnown)}
 
 
 def _origin_acceleration(link: Link, vd_i: Vector, U_i: Matrix, U_j: Matrix) -> Vector:
@@ -165,6 +190,10 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             if j == rule.first:
                 _reduce(s, j, i, rule)
             continue
+        elif isinstance(rule, ElasticCell):
+            if j == rule.end:
+                _suspend(s, j, s.mechanism.link(rule.links[0]).antecedent, rule)
+            continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
             if i not in s.vd:
@@ -179,9 +208,23 @@ def _backward(s: Dynamics, rules: Rules) -> None:
 
 def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
     """A cluster in place of a joint; o is its antecedent."""
-    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(o, AT_REST))
+    B_o = s.remainder.get(o, AT_REST)
+    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, B_o, s.flexible, s.bias)
     if o not in s.vd:
         s.Js[o], s.betas[o] = s.Js[o] + e.K, s.betas[o] - e.alpha  # (L27)
+    elif o in s.f:
+        s.f[o] = s.f[o] + e.alpha  # (15)
+
+
+def _suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
+    """A cell in place of a joint; j is the body that it carries, o its antecedent."""
+    try:
+        s.cells[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
+    except ZeroDivisionError:
+        raise SingularPivot(j) from None
+    s.f[j] = e.f
+    if o not in s.vd:
+        s.betas[o] = s.betas[o] - e.alpha  # (L45)
     elif o in s.f:
         s.f[o] = s.f[o] + e.alpha  # (15)
 
@@ -205,17 +248,22 @@ def _solve_base(s: Dynamics, base: WrenchKnown) -> None:
     s.vd[0], s.wd[0] = s.remainder[0] = solution.twist
 
 
-def _forward(s: Dynamics, rules: Rules) -> None:
+def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     """Recursion from the base to the tips: [33]-[36], [57]-[61]."""
     for j, link in s.mechanism.from_base():
         rule = rules[j]
         if isinstance(rule, Cluster):
             _follow(s, j, link, rule)
+        elif isinstance(rule, ElasticCell):
+            _follow_cell(s, j, link, rule, qd)
         elif j not in s.vd:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):
             s.qdd[j] = rule.qdd
             s.Gamma[j] = link.axis.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
+            if j in s.flexible:
+                V, known = (s.vd[link.antecedent], s.wd[link.antecedent]), _known_of_modes(s.flexible[j].modes, rules)
+                s.Gamma[j] = s.Gamma[j] + s.flexible[j].force(j, V, known)  # (L55)
 
 
 def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
@@ -224,6 +272,23 @@ def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
         o = cluster.members.antecedent
         s.moved[j] = motion(s.reduced[j], cluster, s.remainder[o] if o in s.Js else AT_REST)
         s.qdd.update(s.moved[j].qdd)
+    _move(s, j, link)
+
+
+def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
+    """Acceleration of a body of a cell; those of its joints at its first link."""
+    e, o = s.cells[cell.end], link.antecedent
+    if j == cell.links[0]:
+        s.qdd.update(cell_qdd(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
+        s.Gamma.update(cell.Gamma)
+    if j == cell.end:
+        s.vd[j], s.wd[j] = s.remainder[j] = e.V
+    else:
+        _move(s, j, link)
+
+
+def _move(s: Dynamics, j: int, link: Link) -> None:
+    """Acceleration of a body whose joint has a known one."""
     V = link.before * s.remainder[link.antecedent] + s.gamma[j]
     s.remainder[j] = link.joint_rotation * V + s.qdd.get(j, 0) * link.axis  # (L28)
     s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]

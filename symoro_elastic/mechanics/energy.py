@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from symoro_elastic.mechanics.flexible_inertia import Modes
 from symoro_elastic.mechanics.kinematics import Scalars, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import RigidInertia, Scalar, Twist, Vector, cross, dot
@@ -19,6 +20,7 @@ def kinetic_energy(mechanism: Mechanism, qd: Scalars) -> Scalar:
     for (j, link), velocity in zip(mechanism.from_base(), moving, strict=True):
         twice = _with_body(twice, link.body, velocity)
         twice = twice + link.rotor_inertia * (qd[j] * qd[j])
+        twice = twice if link.modes is None else _with_modes(twice, link.modes, velocity, qd)
     return half(twice)
 
 
@@ -27,6 +29,16 @@ def _with_body(twice: Scalar, body: RigidInertia, velocity: Twist) -> Scalar:
     v, w = velocity
     turning = dot(w, body.inertia * w)
     return twice + body.mass * dot(v, v) + 2 * dot(body.moments, cross(v, w)) + turning
+
+
+def _with_modes(twice: Scalar, modes: Modes, velocity: Twist, qd: Scalars) -> Scalar:
+    """Twice the kinetic energy with that of modes: 2 U_k^T V ed_k + Mee_kl ed_k ed_l."""
+    for j, U in modes.wrenches().items():
+        along = U.dot(velocity)
+        twice = twice + (along + along) * qd[j]
+        for k, x in modes.masses(j).items():
+            twice = twice + x * (qd[j] * qd[k])
+    return twice
 
 
 def gravity_energy(mechanism: Mechanism, gravity: Vector, depth: Scalar = 0) -> Scalar:

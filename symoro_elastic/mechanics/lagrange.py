@@ -32,7 +32,7 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
 
     Entries are zero where neither joint carries the other. Units kg m2, kg m or kg.
     """
-    n = len(mechanism.links)
+    n, modal = len(mechanism.links), mechanism.modes
     composite = [mechanism.body or RigidInertia(), *(link.body for link in mechanism.links)]
     f = [NO_WRENCH] * (n + 1)
     A: list[list[Scalar]] = [[0] * (n + 1) for _ in range(n + 1)]
@@ -42,9 +42,15 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
             composite[link.antecedent] += composite[j].to_antecedent(link.transform)
         if link.axis is Axis.NONE:
             continue
-        f[j] = wrench = composite[j].spatial * link.axis
-        A[j][j] = link.axis.T * wrench + link.rotor_inertia  # (8)
-        i = j
+        if j in modal:
+            f[j], i = modal[j].wrenches()[j], link.antecedent
+            A[j][: n + 1] = [modal[j].masses(j).get(k, x) for k, x in enumerate(A[j])]  # (L55)
+            axis = mechanism.link(i).axis
+            A[i][j] = A[j][i] = 0 if axis is Axis.NONE else axis.T * f[j]
+        else:
+            f[j], i = composite[j].spatial * link.axis, j
+            A[j][j] = link.axis.T * f[j] + link.rotor_inertia  # (8)
+        wrench = f[j]
         while mechanism.link(i).antecedent:
             wrench = mechanism.link(i).transform.T * wrench
             i = mechanism.link(i).antecedent

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from symoro_elastic.mechanics.flexible_inertia import Modes
 from symoro_elastic.mechanics.spatial import (
     AT_REST,
     NO_WRENCH,
@@ -47,7 +48,8 @@ class Parallel:
 class Link:
     """Body j with the joint that carries it; `antecedent` 0 is the base.
 
-    `transform` is jTi [5], `wrench` what the body exerts on its surroundings, about its origin, in its frame.
+    `transform` is jTi [5], `wrench` what the body exerts on its surroundings, about its origin, in its frame. With
+    `modes` the body is flexible, and `body` is the rigid one in deformed shape.
     """
 
     antecedent: int
@@ -57,6 +59,7 @@ class Link:
     rotor_inertia: Scalar = 0
     wrench: Wrench = NO_WRENCH
     parallel: Parallel | None = None
+    modes: Modes | None = None
 
     @property
     def joint_rotation(self) -> Rotation:
@@ -104,6 +107,11 @@ class Mechanism:
         return ((j, self.link(j)) for j in range(len(self.links), 0, -1))
 
     @property
+    def modes(self) -> dict[int, Modes]:
+        """Flexible bodies by the number of each of their modes."""
+        return {j: link.modes for link in self.links if link.modes is not None for j in link.modes.numbers}
+
+    @property
     def carriers(self) -> set[int]:
         """Numbers of the links that carry others, 0 for the base."""
         return {link.antecedent for link in self.links}
@@ -144,6 +152,7 @@ class Mechanism:
                 rigid(link.body),
                 scalar(link.rotor_inertia),
                 spatial(link.wrench),
+                modes=link.modes and link.modes.map(scalar),
             )
 
         links = tuple(map(convert_link, self.links))
@@ -157,7 +166,8 @@ def _is_structure(x: Scalar) -> bool:
 
 def _scalars_of_link(link: Link) -> tuple[Scalar, ...]:
     steps = (x for step in link.transform.steps for x in step[1:])
-    return *steps, *_scalars_of_body(link.body), link.rotor_inertia, *link.wrench.entries
+    modes = link.modes.scalars() if link.modes else ()
+    return *steps, *_scalars_of_body(link.body), link.rotor_inertia, *link.wrench.entries, *modes
 
 
 def _scalars_of_body(body: RigidInertia) -> tuple[Scalar, ...]:

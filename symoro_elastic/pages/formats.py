@@ -71,7 +71,8 @@ files and on the command line. A *formula* is a text such as
 with a letter; letters, digits and single underscores follow; words of the generated languages are refused.
 
 Every key is in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
-`examples/backlash.toml`, `examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`,
+`examples/backlash.toml`, `examples/cantilever.toml`, `examples/carriage.toml`, `examples/spindle.toml`,
+`examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`,
 `examples/scenes/puma_within.toml`, `examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`,
 `examples/lathe_tests/tests.toml`, `examples/two_axis_tests/tests.toml`.
 """

@@ -112,6 +112,19 @@ OF_LOOPS = {
     40: "K of small motions",
     41: "second derivatives through a loop",
     42: "total derivatives where q_dep is an argument",
+    43: "force of an elastic cell",
+    44: "moment of an elastic cell",
+    45: "wrenches on the bodies that it connects",
+    46: "acceleration of the carried body",
+    47: "acceleration of a carried body of constant inertia",
+    48: "accelerations of the turns of a cell",
+    49: "accelerations of the slides of a cell",
+    50: "moments of the modes of a body at its deflections",
+    51: "the deformed body as a rigid one",
+    52: "force by the rates of modes",
+    53: "moment by the rates of modes",
+    54: "force on a mode by velocities",
+    55: "equation of a mode",
 }
 BY_RATES = "what (L10) and (L11) come to for a triangle: these are solved"
 NOT_CITED = {

@@ -36,7 +36,7 @@ def test_no_marker_has_another_number() -> None:
 
 def test_every_equation_of_loops_that_is_cited_is_written_out() -> None:
     assert loops_without_row() == []
-    assert written_out() == OF_LOOPS.keys() and len(OF_LOOPS) == 36
+    assert written_out() == OF_LOOPS.keys() and len(OF_LOOPS) == 49
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)

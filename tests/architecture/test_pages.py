@@ -33,6 +33,7 @@ PAGES = (
     "sweeps",
     "batches",
     "simulation",
+    "flexible",
 )
 NEEDED = {"python": ("matplotlib",), "robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {

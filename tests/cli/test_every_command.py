@@ -87,7 +87,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "view": (("--out", "page.html"),),
     "live": (),
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
-    **{"models": (), "new": (), "formats": (), "schema": ()},
+    **{"models": (), "new": (), "flexible": (), "formats": (), "schema": ()},
     "evaluate": (("--model", "inverse_dynamics"), ("--model", "inertia_matrix", "--at", "a=1")),
     "ik": (("--position", "0.1,0.2,0.3", "--starts", "2"),),
     "stiffness": ((), ("--along", "a=0:1:2")),
@@ -249,7 +249,7 @@ def strict(text: str) -> Any:
 
 def test_every_command_with_json_is_called() -> None:
     takes = {name for name, command in cli.cli.commands.items() if any("--json" in p.opts for p in command.params)}
-    assert takes == {*JSON, *SLOW, "models"}
+    assert takes == {*JSON, *SLOW, "models", "flexible"}
 
 
 @pytest.mark.sampled(200)

@@ -32,6 +32,7 @@ WRITING = {
     "show": (TWO_R, "--picture", "out.svg"),
     "view": (TWO_R, "--out", "out.html"),
     "new": ("out.toml",),
+    "flexible": (EXAMPLES / "bracket.npz", "--save", "out.npz"),
     "formats": ("--out", "out.md"),
     "schema": ("--out", "out.json"),
     "excite": (TWO_R, *LIMITS, "--sample-rate", "20", "--out", "out.csv"),

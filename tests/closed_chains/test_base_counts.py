@@ -51,7 +51,7 @@ ZERO_BY_VALUE = {
     "geared_6r": (70, 40),
 }
 """All base parameters, and those that are not zero for the bodies of the file."""
-VARYING = ("screw", "geared_five_bar")
+VARYING = ("screw", "geared_five_bar", "example carriage.toml")
 """Machines with stiffnesses that depend on positions, which no regressor has."""
 AT_KNOWN_MOTION = {"example all_keys.toml": 30}
 """Of a base that moves: the identification knows how, the others hold for any motion of it."""

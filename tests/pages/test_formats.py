@@ -18,9 +18,12 @@ from symoro_elastic.formats.par.keys import KEYS
 from symoro_elastic.formats.toml import drives as drive_keys
 from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
+from symoro_elastic.formats.toml.writing import write
 from symoro_elastic.pages.formats import formats_page
 
 ROOT = Path(__file__).parents[2]
@@ -57,14 +60,27 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml", "backlash.toml"):
-        top = used(name)
+    for name in (
+        "all_keys",
+        "floating_arm",
+        "linkage",
+        "backlash",
+        "cantilever",
+        "carriage",
+        "spindle",
+        "flexible_arm",
+    ):
+        top = used(f"{name}.toml")
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])
         yield from ((toml_keys.WITH_UNIT, p) for p in top.get("parameters", {}).values() if isinstance(p, dict))
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
+        for heading, section in toml_keys.OF_CATALOGUES.items():
+            yield from ((section, entry) for entry in top.get(heading, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
+        yield from ((BEAMS, entry) for entry in top.get("beams", {}).values())
+        yield from ((FLEXIBLE, entry) for entry in top.get("flexible", {}).values())
         for drive in top.get("drives", {}).values():
             yield drive_keys.DRIVES, drive
             yield from ((part, drive.get(key, {})) for key, part in OF_DRIVE.items())
@@ -74,6 +90,8 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})
         yield from of_motion(top)
+    written = tomllib.loads(write(read_machine(EXAMPLES / "flexible_arm.toml")[0]))
+    yield from ((FLEXIBLE, entry) for entry in written["flexible"].values())
     yield SCENE, used("scenes/tool.toml") | used("scenes/puma_within.toml")
     yield from of_motion(used("scenes/two_axis_move.toml"))
     yield from of_motion(used("scenes/ball_screw_drives.toml"))

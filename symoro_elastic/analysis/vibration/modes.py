@@ -357,8 +357,11 @@ def kinetic_shares(modal: Modes) -> Shares:
     motion = modal.linear.motion
     moved = _drift(modal, motion.body_velocities)
     screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
-    bodies = motion.body_inertias()
+    bodies = motion.body_inertias(modal.linear.state.q)
     energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])
+    for j, (numbers, U, masses) in motion.modal_inertias(modal.linear.state.q).items():
+        rates = _drift(modal, [motion.bound.rate(k) for k in numbers])
+        energies[j - 1] += (rates * (masses @ rates + 2 * U @ screws[j])).sum(axis=0)
     inertias = motion.values(inertia for inertia, _ in motion.rotors.values())
     turning = inertias[:, None] * _drift(modal, [rate for _, rate in motion.rotors.values()]) ** 2
     massive, driven = np.flatnonzero(bodies.any(axis=(1, 2))), np.flatnonzero(inertias)

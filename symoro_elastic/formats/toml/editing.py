@@ -13,6 +13,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Key, Section, schema_of
@@ -48,6 +51,8 @@ SECTIONS: Mapping[str, Section] = {
     PARAMETERS.name: WITH_UNIT,
     "limits": LIMITS,
     **{heading: section_of(heading) for heading in OF_JOINTS},
+    OF_BEAMS: BEAMS,
+    **OF_CATALOGUES,
     "loops": LOOPS,
     "frames": FRAMES,
     OF_MOTORS: DRIVES,
@@ -230,16 +235,24 @@ class Lines:
         return tomlkit().parse(self.text)
 
 
+def _row_number(top: Mapping[str, Any], place: str, number: int) -> int:
+    """The index in the file of the row of a place: by name, since rows of flexible parts are numbered, too."""
+    names = [row.get(NAME.name) for row in top["joints"]]
+    label = place.partition("(")[2].removesuffix(")")
+    return next((names.index(name) for name in (label, label.rpartition("_")[0]) if name in names), number)
+
+
 def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:
     """Return the path to the named place, from its pieces; raises `LookupError`."""
     if joint := OF_A_JOINT.match(pieces[0]):
-        number = int(joint[1]) - 1
+        number = _row_number(top, pieces[0], int(joint[1]) - 1)
         row = top["joints"][number]
         for piece in reversed(pieces[1:]):
             for key_path in _paths_of_key(top, number, row.get(NAME.name), piece):
                 return key_path
         return ["joints", number]
-    head = ["loops", pieces[0].removeprefix("loop ")] if pieces[0].startswith("loop ") else [pieces[0]]
+    kind, _, name = pieces[0].partition(" ")
+    head = [f"{kind}s", name] if kind in ("loop", "beam") and name else [pieces[0]]
     path: list[Any] = []
     target: Any = top
     for key in [*head, *pieces[1:]]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.editing import SECTIONS, Path, set_entry, tomlkit, with_change
+from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.keys import GRAVITY, JOINTS, NAME, OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.tables import load
@@ -75,7 +78,7 @@ def _drop(top: Any, path: Path) -> None:
         target = target[key]
     if front == [JOINTS.heading]:
         name = target[last].get(NAME.name)
-        for heading in (*OF_JOINTS, OF_LIMITS, OF_MOTORS):
+        for heading in (*OF_JOINTS, OF_LIMITS, OF_MOTORS, OF_BEAMS, OF_FLEXIBLE, *OF_CATALOGUES):
             if name in top.get(heading, {}):
                 _drop(top, [heading, name])
     del target[last]

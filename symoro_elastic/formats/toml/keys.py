@@ -9,8 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
+from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
+from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
+from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
@@ -127,7 +133,10 @@ KIND = Key(
     '"motor"',
 )
 SIGMA = Key(
-    *("sigma", keys.WHOLE, "0 revolute, 1 prismatic, 2 fixed frame", "0"),
+    *("sigma", keys.WHOLE),
+    "0 revolute, 1 prismatic, 2 fixed frame; 6 of an elastic row: springs along and about x, y, z of its frame, "
+    "which become rows NAME_x ... NAME_rx and a fixed one, NAME",
+    "0",
     otherwise="2 where the kind is fixed, else it must be given",
 )
 VARIABLE = Key(
@@ -201,8 +210,12 @@ BY_KIND = {
         _where([Kind.CUT], {"properties": {"sigma": {"enum": [0, 1, 2]}}, "required": ["sigma"]}),
         _where(
             [kind for kind in Kind if kind not in (Kind.FIXED, Kind.CUT)],
-            {"properties": {"sigma": {"enum": [0, 1]}}, "required": ["sigma"]},
+            {"properties": {"sigma": {"enum": [0, 1, SIX]}}, "required": ["sigma"]},
         ),
+        {
+            "if": {"properties": {"sigma": {"const": SIX}}, "required": ["sigma"]},
+            "then": {"properties": {"kind": {"const": Kind.ELASTIC}, "axis": False, "variable": False}},
+        },
         _where([Kind.FIXED, Kind.COUPLED], {"properties": {"variable": False}}),
     ],
     "dependentSchemas": {
@@ -294,7 +307,17 @@ def section_of(name: str, owner: type = Joint) -> Section:
     """The table of this name, which has an entry for each joint."""
     if name == "bodies":
         return BODY
-    return Section(f"[{name}]", MEANINGS.get(name, ""), keys_of(declared_columns(owner, name)), "joint")
+    of_section = keys_of(declared_columns(owner, name))
+    if name == "springs":
+        of_section = tuple(_also_of_cell(key) if key.name in OF_CELL else key for key in of_section)
+    return Section(f"[{name}]", MEANINGS.get(name, ""), of_section, "joint")
+
+
+def _also_of_cell(key: Key) -> Key:
+    """A key of a spring that holds six entries where sigma is 6."""
+    six = {"type": "array", "items": {"anyOf": [reference_to("formula")]}, "minItems": SIX, "maxItems": SIX}
+    title, schema = f"{key.type.title}; six of them where sigma = 6", {"anyOf": [key.type.schema, six]}
+    return replace(key, type=replace(key.type, title=title, schema=schema))
 
 
 OF_JOINTS = tuple(dict.fromkeys(column.section for column in declared_columns(Joint) if column.section != "joints"))
@@ -431,7 +454,10 @@ MACHINE = Section(
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         *(_table("loops", LOOPS), _table("frames", FRAMES), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
+        *(_table(name, section) for name, section in OF_CATALOGUES.items()),
         *(
+            _table(OF_BEAMS, BEAMS),
+            _table(OF_FLEXIBLE, FLEXIBLE),
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
             _table(OF_MOTORS, DRIVES),
@@ -444,7 +470,7 @@ MACHINE = Section(
 )
 SECTIONS = (
     *(MACHINE, JOINTS, LOOPS, FRAMES, WITH_UNIT),
-    *map(section_of, OF_JOINTS),
-    *(BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
+    *(*map(section_of, OF_JOINTS), *OF_CATALOGUES.values()),
+    *(BEAMS, FLEXIBLE, BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION),
 )
 """All tables of a machine file, in the order of the reference."""

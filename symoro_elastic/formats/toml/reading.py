@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,9 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
+from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
+from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of
@@ -60,9 +62,13 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
-    top, source = top.only(keys.MACHINE.names), top.source
+    top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
+    source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
+    values = _values(parameters)
+    beams = beams_of(top, values)
+    top, flexible = with_rows_of_parts(top, beams, values)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
     floating = _floating(top.table("base"))
     extras = keys.EXTRAS.read(top)
@@ -71,6 +77,7 @@ def machine_of(top: Table) -> DescribedMachine:
         joints=joints,
         loops=loops_of(top, joints),
         frames=frames,
+        flexible=flexible,
         parameters=parameters,
         base=_base(top),
         floating=floating,
@@ -80,12 +87,24 @@ def machine_of(top: Table) -> DescribedMachine:
             notes=keys.NOTES.read(top),
             extras={key: x for key, x in extras.items() if (key, x) != (BASE_PARAMETERS, GROUPED)},
             of_name="" if keys.FILE_NAME.name in top.entries else NAME_OF_FILE,
-            remarks=(WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else (),
+            remarks=(
+                *((WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else ()),
+                *(f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts),
+            ),
+            beams=beams,
+            catalogue_springs=catalogue_springs,
         ),
     )
+    refuse_inside(machine, beams, values)
     machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
+
+
+def _values(parameters: Iterable[Parameter]) -> dict[str, float]:
+    """The values of parameters that have one."""
+    cells = {parameter.name: parameter.value for parameter in parameters if parameter.value is not None}
+    return {name: value for name, cell in cells.items() if (value := cell.known_value({})) is not None}
 
 
 def _has_masses(joints: Sequence[Joint], floating: Floating | None) -> bool:
@@ -119,7 +138,7 @@ def _floating(table: Table) -> Floating | None:
 
 
 def _joints_and_frames(top: Table, parameters: set[str]) -> tuple[tuple[Joint, ...], tuple[NamedFrame, ...]]:
-    rows = [_with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
+    rows = [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
     numbers: dict[str, int] = {}
     for j, row in enumerate(rows, start=1):
         numbers.setdefault(row.text("name"), j)
@@ -191,13 +210,6 @@ def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collectio
         if fault := fault_of(cell):
             raise row.fail(keys.AT.name, fault)
     return Place(keys.AXIS.read(row) if keys.AXIS.name in row.entries else None, at, within)
-
-
-def _with_name_in_place(row: Table, j: int) -> Table:
-    """Return the row with the joint's name in its place, for later messages."""
-    name = replace(row, place=f"joint {j}").text("name")
-    label = name if name.isidentifier() and len(name) < 100 else quote(name)
-    return replace(row, place=f"joint {j} ({label})")
 
 
 def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[str]) -> Joint:

@@ -7,6 +7,9 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from symoro_elastic.formats.toml.beams import BEAMS
+from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Section
@@ -347,6 +350,9 @@ OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
     "springs": ("backlash", "rounding"),
     "friction": ("static", "stribeck", "load", "bristle", "bristle_damping", "breakaway"),
+    **{"guides": ("moments", "rails", "normal"), "screws": ("modulus", "bearing", "torsional", "lead")},
+    "bearings": ("contact_angle", "pitch_diameter", "axis"),
+    OF_BEAMS: tuple(name for name in BEAMS.names if name not in ("along", "length", "section", "E", "density")),
     "motion": ("drives",),
     OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),
 }
@@ -378,7 +384,7 @@ def _brief_blocks(name: str, start: Start) -> Iterator[str]:
     yield BRIEF.format(title=f"{name}: {start.title}.")
     yield f'name = "{name}"\ngravity = {GRAVITY.example}'
     yield f"joints = [\n{start.joints.strip(chr(10))}\n]"
-    for table in ("loops", "parameters", *OF_JOINTS, "base", OF_LIMITS, OF_MOTORS):
+    for table in ("loops", "parameters", *OF_JOINTS, OF_BEAMS, "base", OF_LIMITS, OF_MOTORS):
         if table in start.tables:
             yield f"[{table}]\n{start.tables[table].strip(chr(10))}"
 
@@ -395,7 +401,12 @@ def _blocks(name: str, start: Start) -> list[str]:
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
-    blocks += [_of_section("base", BASE, start), _of_section(OF_LIMITS, LIMITS, start)]
+    blocks += [_of_section(name, section, start) for name, section in OF_CATALOGUES.items()]
+    blocks += [
+        _of_section(OF_BEAMS, BEAMS, start),
+        _of_section("base", BASE, start),
+        _of_section(OF_LIMITS, LIMITS, start),
+    ]
     blocks += [_of_section(OF_MOTORS, DRIVES, start)]
     blocks += [_of_section("scene", SCENE, start)]
     blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]

@@ -9,6 +9,7 @@ from typing import Any
 from symoro_elastic.formats.joint_cells import SELECTED, cell_of
 from symoro_elastic.formats.toml.drives import HEADING as OF_DRIVES
 from symoro_elastic.formats.toml.drives import drives_by_motor
+from symoro_elastic.formats.toml.flexible_bodies import entry_of_body
 from symoro_elastic.formats.toml.keys import OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance
@@ -98,6 +99,7 @@ def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
     for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
         yield section, _lines_by_name((name, _entry(owner, section)) for name, owner in owners)
+    yield "flexible", _lines_by_name((body.joint, entry_of_body(body)) for body in machine.flexible)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
     yield OF_LIMITS, _lines_by_name(limits_by_joint(limits).items())
     yield OF_DRIVES, _table((name, _plain_value(entry)) for name, entry in drives_by_motor(drives_of(machine)))

@@ -9,6 +9,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.base_body import Solution
 from symoro_elastic.mechanics.clusters import ClusterElimination
 from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.elastic_cells import CellElimination
 from symoro_elastic.mechanics.factorization import Factorization
 from symoro_elastic.mechanics.kinematics import Frame
 from symoro_elastic.mechanics.lagrange import InertiaMatrix
@@ -32,6 +33,7 @@ INERTIA_ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 FORWARD_1 = "Forward recursion: velocities"
 KNOWN = "Forward recursion: velocities, accelerations, wrenches"
 BACKWARD = "Backward recursion: articulated inertias and wrenches"
+OF_CELLS = "(L43)-(L47)"
 FORWARD_2 = "Forward recursion: accelerations and torques"
 
 
@@ -92,7 +94,8 @@ def name_dynamics(bound: Bound, recursion: Dynamics, backward_equations: str, la
     """Name the quantities of a dynamic model."""
     _name_forward(bound, recursion)
     for j, _ in bound.mechanism.from_tips():
-        _name_backward(bound.names, recursion, j, Section(BACKWARD, j, backward_equations))
+        equations = OF_CELLS if j in recursion.cells else backward_equations
+        _name_backward(bound.names, recursion, j, Section(BACKWARD, j, equations))
     if bound.machine.degrees_of_base:
         _name_base(bound.names, recursion, Section(BACKWARD, 0, backward_equations), Section(FORWARD_2, 0, last))
     for j, _ in bound.mechanism.from_base():
@@ -126,17 +129,17 @@ def _name_base(names: Names, recursion: Dynamics, backward: Section, forward: Se
     if 0 in recursion.Js:
         _name_inertia(names, recursion.Js[0], "Js0", backward)
         _name_six(names, recursion.betas[0], "bs0", backward)
-        _name_solution(names, recursion.solved[0], forward)
+        _name_solution(names, recursion.solved[0], 0, forward)
     _name_acceleration(names, recursion, 0, forward)
     _name_six(names, recursion.f[0], "f0", forward)
 
 
-def _name_solution(names: Names, solved: Solution, section: Section) -> None:
+def _name_solution(names: Names, solved: Solution, j: int, section: Section) -> None:
     for k, (row, inverse, reduced) in enumerate(zip(solved.left, solved.inverses, solved.reduced, strict=True)):
         for m, x in enumerate(row[: k + 1]):
-            names.give(x, f"Lb0_{k + 1}{m + 1}", section)
-        names.give(inverse, f"Db0_{k + 1}", section)
-        names.give(reduced, f"fb0_{k + 1}", section)
+            names.give(x, f"Lb{j}_{k + 1}{m + 1}", section)
+        names.give(inverse, f"Db{j}_{k + 1}", section)
+        names.give(reduced, f"fb{j}_{k + 1}", section)
 
 
 def _name_acceleration(names: Names, recursion: Dynamics, j: int, section: Section) -> None:
@@ -197,6 +200,8 @@ def _name_backward(names: Names, recursion: Dynamics, j: int, section: Section) 
     _name_six(names, recursion.betas[j], f"bs{j}", section)
     if j in recursion.reduced:
         _name_cluster(names, recursion.reduced[j], j, section)
+    if j in recursion.cells:
+        _name_cell(names, recursion.cells[j], j, section)
     if j not in recursion.eliminated:
         return
     eliminated = recursion.eliminated[j]
@@ -220,6 +225,21 @@ def _name_cluster(names: Names, reduced: ClusterElimination, first: int, section
         _name_six(names, reduced.U[k], f"U{k}", section)
     _name_inertia(names, reduced.K, f"K{first}", section)
     _name_six(names, reduced.alpha, f"al{first}", section)
+
+
+def _name_cell(names: Names, cell: CellElimination, j: int, section: Section) -> None:
+    """Name the quantities of an elastic cell by the body that it carries."""
+    names.give(cell.geometry.h, f"hc{j}", section)
+    _name_six(names, cell.alpha, f"al{j}", section)
+    if isinstance(cell.inertia, Solution):
+        _name_solution(names, cell.inertia, j, section)
+        return
+    body = cell.inertia
+    names.give(body.Minv, f"Minv{j}", section)
+    _name_vector(names, body.c, f"rc{j}", section)
+    for quantity, entries in (("Jm", body.J), ("Jminv", body.Jinv)):
+        for entry, x in zip(INERTIA_ENTRIES, entries, strict=True):
+            names.give(x, f"{quantity}{j}_{entry}", section)
 
 
 def name_composites(bound: Bound, inertia: InertiaMatrix) -> None:

@@ -56,7 +56,10 @@ class Position:
         return float(value(x))
 
     def inertia(self) -> Array:
-        """A = sum of V_j^T JJ_j V_j + Ia_j S_j^T S_j, six rows and columns of a floating base first (L21)."""
+        """A = sum of V_j^T JJ_j V_j + Ia_j S_j^T S_j, six rows and columns of a floating base first (L21).
+
+        Modes of flexible bodies add S_k^T Mee S_k + S_k^T U_k^T V_j and its transpose (L55).
+        """
         bodies = [self.mechanism.body or RigidInertia(), *(link.body for link in self.mechanism.links)]
         size = self.S.shape[1] + self._of_base
         V = np.array([_stack(twist.entries, size) for twist in self._velocities])
@@ -66,6 +69,11 @@ class Position:
         rotors = np.array([0.0, *(_float(link.rotor_inertia) for link in self.mechanism.links)])
         S = np.pad(self.S, ((0, 0), (self._of_base, 0)))
         A: Array = V.reshape(-1, size).T @ F.reshape(-1, size) + S.T @ (rotors[:, None] * S)
+        for j, link in self.mechanism.from_base():
+            if link.modes is not None:
+                rows, masses = S[list(link.modes.numbers)], np.array(link.modes.Mee, dtype=float)
+                U = np.array([[*map(_float, wrench.entries)] for wrench in link.modes.wrenches().values()])
+                A = A + rows.T @ (masses @ rows + 2 * U @ V[j])
         return (A + A.T) / 2
 
     def turning(self, j: int) -> Array:

@@ -26,6 +26,7 @@ from symoro_elastic.mechanics.coordinates import (
     transmission_forces,
 )
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rules, TorqueKnown, dynamics
+from symoro_elastic.mechanics.elastic_cells import ElasticCell, elastic_cells
 from symoro_elastic.mechanics.elimination import Rule
 from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.mechanics.loops.closing import closing_columns
@@ -68,6 +69,13 @@ class Motion:
     def dynamics_of(self, mechanism: Mechanism) -> Dynamics:
         """The dynamics of a mechanism in this motion."""
         return dynamics(mechanism, self.bound.rates(), self.rules, base_rule(self.bound))
+
+    def dynamics_by_cells(self, mechanism: Mechanism) -> Dynamics:
+        """The same with elastic cells eliminated as wholes, which costs less."""
+        groups = elastic_cells(mechanism, {*self._lone_joints} & {*self.bound.machine.elastic})
+        cells = {j: ElasticCell(links, {i: self.Gamma_u[i] for i in links}) for links in groups for j in links}
+        rules = [cells.get(j, rule) for j, rule in enumerate(self.rules)]
+        return dynamics(mechanism, self.bound.rates(), rules, base_rule(self.bound))
 
     def accelerations(self, recursion: Dynamics) -> dict[int, Scalar]:
         """Accelerations of the independent variables."""
@@ -134,10 +142,12 @@ class Motion:
     def _transmissions(self) -> tuple[Members, ...]:
         """Clusters of independent joints only, whose known accelerations are of joints that follow none."""
         independent = {*self.bound.machine.independent}
+        modal = {j for _, modes in self.bound.machine.flexible_bodies.values() for j in modes}
         return tuple(
             members
             for members in self.members
             if all(j in independent for j in members.links if j in self.S)
+            and modal.isdisjoint(members.links)
             and not any(self._C[j] for j in members.links if j in self.known)
             and any(j not in self.known for j in members.links if j in self.S)
         )

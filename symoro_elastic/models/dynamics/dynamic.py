@@ -43,7 +43,7 @@ from symoro_elastic.symbolic.expression import is_constant
 
 def _direct_dynamics(bound: Bound, joints: Joints) -> Results:
     motion = direct_motion(bound)
-    recursion = motion.dynamics_of(bound.without_tip_angles)
+    recursion = motion.dynamics_by_cells(bound.without_tip_angles)
     name_dynamics(bound, recursion, "[28]-[32]", "[33]-[36]")
     qdd = motion.accelerations(recursion)
     own = {"qdd": Result(joints, tuple(qdd[j] for j in joints))}
@@ -82,7 +82,7 @@ def _inverse_dynamics(bound: Bound, joints: Joints) -> Results:
     if any(j not in bound.machine.independent for j in bound.motors):
         return _inverse_by_motors(bound, joints)
     motion = inverse_motion(bound)
-    recursion = motion.dynamics_of(bound.without_tip_angles)
+    recursion = motion.dynamics_by_cells(bound.without_tip_angles)
     name_dynamics(bound, recursion, "[50]-[56]", "[57]-[61]")
     motors = tuple(j for j in joints if j in bound.motors)
     unactuated = joints if joints == bound.machine.independent else tuple(j for j in joints if j not in bound.motors)
@@ -140,7 +140,7 @@ def _gravity_forces(bound: Bound, joints: Joints) -> Results:
 
 def _external_forces(bound: Bound, joints: Joints) -> Results:
     """Torques that balance the external wrenches."""
-    bodiless = tuple(replace(link, body=RigidInertia()) for link in bound.mechanism.links)
+    bodiless = tuple(replace(link, body=RigidInertia(), modes=None) for link in bound.mechanism.links)
     base = None if bound.mechanism.body is None else RigidInertia()
     return _bias_of(bound, joints, replace(bound.mechanism, links=bodiless, body=base, wrench=NO_WRENCH), at_rest=True)
 

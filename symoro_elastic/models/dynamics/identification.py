@@ -90,7 +90,8 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
 
 
 def _refuse_other_friction(machine: Machine) -> None:
-    """Raise `InputError` for friction that is not linear in its parameters."""
+    """Raise `InputError` for friction that is not linear in its parameters, and for modes."""
+    machine.refuse_flexible("a regressor")
     for joint in machine.joints:
         law = joint.friction
         cells = (("static", law.static), ("load", law.load), ("bristle", law.bristle), ("ball", law.ball))
@@ -192,6 +193,7 @@ def _check_any(bound: Bound, columns: Sequence[object]) -> None:
 
 def _energy_regressor(bound: Bound, _: Joints) -> Results:
     refuse_varying_stiffness(bound.machine)
+    bound.machine.refuse_flexible("an energy regressor")
     parameters = linear_parameters(bound)
     wanted = _entries_by_link(parameters, INERTIAL)
     energy = {(j, name): x for j, name, x in energies(bound.mechanism, bound.rates(), bound.gravity, wanted)}

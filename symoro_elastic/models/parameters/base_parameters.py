@@ -266,6 +266,7 @@ def base_grouping(machine: Machine) -> Grouping:
     Raises `InputError` for cells without value, and where the sums are too long to be written.
     """
     require_fixed_base(machine, "base inertial parameters")
+    machine.refuse_flexible("grouping inertial parameters")
     zero = ZeroPosition(machine)
     rules = zero.grouping_rules()
     mechanism = zero.polynomials()

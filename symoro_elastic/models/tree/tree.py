@@ -11,6 +11,7 @@ from typing import Any
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import formulas
+from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import Points, row_under
 from symoro_elastic.machine.loops import Closing
@@ -18,6 +19,7 @@ from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, NamedFram
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.mechanics.coordinates import Row, combination
+from symoro_elastic.mechanics.flexible_inertia import Modes
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.spatial import (
     AT_REST,
@@ -226,14 +228,26 @@ class Tree(Cells):
             AxialTransform(Z, *(self.placed.get(j) or cosine_sine(self.graph, theta)), r),
         )
         wrench = Wrench(self.vector(joint.wrench.force), self.vector(joint.wrench.moment))
+        modes = self._modes(*self.machine.flexible_bodies[j]) if j in self.machine.flexible_bodies else None
         return Link(
             joint.antecedent,
             Axis.NONE if joint.kind is Kind.CUT else Axis(joint.sigma),
             Transform(steps),
-            self.body(joint.body),
+            modes.deformed(self.body(joint.body)) if modes else self.body(joint.body),
             self.cell(joint.reflected_inertia),
             wrench,
+            modes=modes,
         )
+
+    def _modes(self, body: FlexibleBody, numbers: Sequence[int]) -> Modes:
+        """The modes of a flexible body; those of rows that do not move have constant deflections."""
+        e = tuple(self.variables.get(j, self.cell(self.machine.joint(j).r)) for j in numbers)
+        Ct1, T1 = (
+            tuple(tuple(map(_vector, row)) for row in body.Ct1),
+            tuple(tuple(map(_matrix, row)) for row in body.T1),
+        )
+        Mee = tuple(tuple(map(_number, row)) for row in body.Mee)
+        return Modes(tuple(numbers), e, tuple(map(_vector, body.Ct0)), Ct1, tuple(map(_matrix, body.T0)), T1, Mee)
 
     def fixed_link(self, number: int, at: Point | None = None) -> Link:
         """A frame that has no row: a named one, or one whose origin is another point of a body."""
@@ -304,6 +318,18 @@ class Tree(Cells):
     def held_base_acceleration(self) -> Twist:
         """V'_0 without gravity where no coordinate accelerates: that of the file, zero for a floating base."""
         return AT_REST if self.machine.floating else self.base_acceleration
+
+
+def _number(x: float) -> Scalar:
+    return Fraction(x) if x else 0
+
+
+def _vector(entries: Sequence[float]) -> Vector:
+    return Vector(*map(_number, entries))
+
+
+def _matrix(rows: Sequence[Sequence[float]]) -> Matrix:
+    return Matrix(*map(_vector, rows))
 
 
 class Coupling:

@@ -233,7 +233,7 @@ def own_inertias(machine: Machine, box: Mapping[str, Interval], from_rest: Colle
     mechanism = Tree(machine).mechanism
     links = {j: mechanism.link(j) for j in machine.independent}
     least_inertias: dict[int, Array] = {}
-    if not _can_exist(mechanism, box):
+    if machine.flexible or not _can_exist(mechanism, box):
         return least_inertias
     for j, link in links.items():
         least = _low(link.rotor_inertia, box)

@@ -375,11 +375,23 @@ class EquationsOfMotion:
         by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
         return by_q, changed
 
-    def body_inertias(self) -> Array:
+    def body_inertias(self, q: Array) -> Array:
         """Return the spatial inertias JJ_j [13], (bodies, 6, 6), in the frames of the bodies, linear part first."""
         cells = [[link.body.mass, *link.body.moments, *link.body.inertia] for link in self.bodies.links]
-        value = evaluate((x for row in cells for x in row), self.parameters, FLOATS)
-        return np.array([_spatial_inertia([float(value(x)) for x in row]) for row in cells])
+        numbers = self._at(q, [x for row in cells for x in row]).reshape(len(cells), -1)
+        return np.array([_spatial_inertia(row) for row in numbers.tolist()])
+
+    def modal_inertias(self, q: Array) -> dict[int, tuple[tuple[int, ...], Array, Array]]:
+        """Return the numbers of modes, U (modes, 6) and Mee by the number of the flexible body (L55)."""
+        flexible = {j: link.modes for j, link in self.bodies.from_base() if link.modes is not None}
+        return {
+            j: (
+                modes.numbers,
+                self._at(q, [x for U in modes.wrenches().values() for x in U.entries]).reshape(-1, 6),
+                np.array(modes.Mee, dtype=float),
+            )
+            for j, modes in flexible.items()
+        }
 
     def spring_stiffnesses(self, q: Array) -> Array:
         """Return k (springs,) in the order of `springs`, N m/rad or N/m: the slopes there, where there is backlash."""

@@ -33,7 +33,15 @@ from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.views import bodies_table, drives_table, limits_table, machine_table, parameter_lines
+from symoro_elastic.machine.views import (
+    beams_table,
+    bodies_table,
+    catalogue_table,
+    drives_table,
+    limits_table,
+    machine_table,
+    parameter_lines,
+)
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.numerics.linear.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
@@ -226,6 +234,9 @@ def _machine(subject: Subject) -> Iterator[str]:
     placement = placed_machine(machine, {})
     yield block(axes_table(placement, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
+    for flexible in (beams_table(machine, "Beams"), catalogue_table(machine, "Springs from catalogues")):
+        if flexible.rows:
+            yield block(flexible)
     if (limited := limits_table(machine, "Limits")).rows:
         yield block(limited)
     if (driven := drives_table(machine, "Drives")).rows:

@@ -308,7 +308,9 @@ def _laws(motion: EquationsOfMotion, start: Array, v: Array) -> tuple[Array, Arr
     """
     laws = [(joint.spring, joint.friction) for joint in motion.given.independent_joints]
     cells = [(s.stiffness, s.damping, s.neutral, f.viscous, f.coulomb, f.creep) for s, f in laws]
-    numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
+    at_start = {str(joint.variable): x for joint, x in zip(motion.given.independent_joints, start, strict=True)}
+    values = {**motion.parameters, **at_start}
+    numbers = np.array([[cell.value(values) for cell in row] for row in cells], dtype=float)
     stiffness, damping, neutral, viscous, coulomb, creep = numbers.T
     speed = np.hypot(v, np.where(creep > 0, creep, 1.0))
     slope: Any = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)

@@ -1,0 +1,1 @@
+"""Finite-element models reduced to bodies by modes."""

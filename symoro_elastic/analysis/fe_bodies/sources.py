@@ -1,0 +1,136 @@
+"""Finite-element models from files: matrices with their nodes, and meshes that are assembled here."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import read_file
+from symoro_elastic.foundation.packages import for_vibrations, import_optional
+from symoro_elastic.machine.names import did_you_mean, quote
+
+MATERIALS: Mapping[str, tuple[float, float, float]] = {
+    "steel": (210e9, 0.30, 7850.0),
+    "cast-iron": (110e9, 0.26, 7200.0),
+    "aluminium": (70e9, 0.33, 2700.0),
+    "titanium": (114e9, 0.34, 4430.0),
+    "mineral-casting": (40e9, 0.25, 2400.0),
+}
+"""Modulus of elasticity, Pa, Poisson's ratio, density, kg/m3: usual values, within 5 %, mineral casting within 20 %."""
+PLANE = re.compile(r"([xyz])=([-+.\deE]+)")
+NUMBERS = re.compile(r"\d+(-\d+)?(,\d+(-\d+)?)*")
+NEAR = 1e-6
+"""Of the largest size: how far a node may be from a plane."""
+
+
+def of_matrices(stiffness: str, mass: str, nodes: str, scale: float) -> FiniteElements:
+    """Return the model of matrices in Matrix Market files and nodes in a table "number, x, y, z"; raises `InputError`.
+
+    Rows of the matrices are x, y, z of each node, in the order of the table. Coordinates times `scale` are metres.
+    """
+    numbers, x = _nodes(nodes)
+    K, M = _matrix(stiffness, len(x)), _matrix(mass, len(x))
+    m = M[0::3, 0::3]
+    if abs(M - for_vibrations("scipy.sparse").kron(m, np.eye(3))).max() > SAME * abs(M).max():
+        what = "is not the same in x, y, z and zero between them: export solid elements, not beams or shells"
+        raise InputError(mass, "M", what)
+    about = ", ".join(Path(file).name for file in (stiffness, mass, nodes))
+    return FiniteElements(scale * x, K, m, numbers, stiffness, about)
+
+
+def _nodes(file: str) -> tuple[AnyArray, Array]:
+    """Numbers and coordinates of nodes; a first line without numbers is a heading."""
+    lines = read_file(file).decode("utf-8-sig", "replace").splitlines()
+    rows = [re.split(r"[,;\s]+", line.strip()) for line in lines if line.strip()]
+    if rows and not re.fullmatch(r"[-+.\deE]+", rows[0][0]):
+        rows = rows[1:]
+    try:
+        table = np.array([[float(cell) for cell in row] for row in rows])
+        if table.ndim != 2 or table.shape[1] != 4 or not np.isfinite(table).all():
+            raise ValueError
+    except ValueError:
+        raise InputError(file, "file", "must have lines of a node's number, x, y, z") from None
+    return table[:, 0].astype(np.int64), table[:, 1:]
+
+
+def _matrix(file: str, count: int) -> Any:
+    """A sparse matrix (3 count, 3 count) in a Matrix Market file."""
+    try:
+        matrix = for_vibrations("scipy.io").mmread(io.BytesIO(read_file(file)))
+    except (ValueError, TypeError) as error:
+        raise InputError(file, "file", f"not a Matrix Market file: {str(error)[:120]}") from None
+    if matrix.shape != (3 * count, 3 * count):
+        raise InputError(file, "file", f"has {matrix.shape[0]} rows: x, y, z of {count} nodes are {3 * count}")
+    return for_vibrations("scipy.sparse").csc_matrix(matrix)
+
+
+def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
+    """Return the model of a mesh of tetrahedra or hexahedra, with quadratic displacements; raises `InputError`.
+
+    Named sets of faces are groups. Coordinates times `scale` are metres.
+    """
+    skfem = import_optional("skfem", "a body from a mesh", "fe")
+    mesh = _mesh(skfem, file).scaled(scale)
+    element = skfem.ElementTetP2() if "Tet" in type(mesh).__name__ else skfem.ElementHex2()
+    E, nu, density = material_of(material)
+    scalar = skfem.Basis(mesh, element)
+    vector = skfem.Basis(mesh, skfem.ElementVector(element))
+    lame = import_optional("skfem.models.elasticity", "a body from a mesh", "fe")
+    K = lame.linear_elasticity(*lame.lame_parameters(E, nu)).assemble(vector)
+    m = density * import_optional("skfem.models.poisson", "a body from a mesh", "fe").mass.assemble(scalar)
+    groups = {name: scalar.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
+    numbers = np.arange(1, scalar.N + 1)
+    return FiniteElements(scalar.doflocs.T, K, m, numbers, file, f"{Path(file).name}, {material}", groups)
+
+
+def _mesh(skfem: Any, file: str) -> Any:
+    """A mesh of solid elements."""
+    read_file(file, most=1)
+    try:
+        mesh = skfem.Mesh.load(file)
+    except Exception as error:
+        raise InputError(file, "file", f"no mesh can be read: {str(error)[:120]}") from None
+    if not any(kind in type(mesh).__name__ for kind in ("Tet", "Hex")):
+        raise InputError(file, "file", "has no tetrahedra and no hexahedra: mesh the volume")
+    return mesh
+
+
+def material_of(text: str) -> tuple[float, float, float]:
+    """Return E, Pa, Poisson's ratio and density, kg/m3, of a name, or of "E,nu,density"; raises `InputError`."""
+    if text in MATERIALS:
+        return MATERIALS[text]
+    try:
+        E, nu, density = map(float, text.split(","))
+    except ValueError:
+        what = f"no material {quote(text)}{did_you_mean(text, MATERIALS)}; or give E,nu,density, as 210e9,0.3,7850"
+        raise InputError("symoro-elastic", "--material", what) from None
+    if not (E > 0 and 0 <= nu < 0.5 and density > 0):
+        raise InputError("symoro-elastic", "--material", "E and density must be above 0, nu from 0 to below 0.5")
+    return E, nu, density
+
+
+def nodes_of(model: FiniteElements, text: str, option: str) -> AnyArray:
+    """Return indices of nodes: a group of the mesh, a plane "x=0.5" in m, or numbers "1-40,77"; raises `InputError`."""
+    if text in model.groups:
+        return model.groups[text]
+    if plane := PLANE.fullmatch(text.replace(" ", "")):
+        at = model.x[:, "xyz".index(plane[1])]
+        chosen = np.flatnonzero(np.abs(at - float(plane[2])) <= NEAR * np.ptp(model.x, axis=0).max())
+    elif NUMBERS.fullmatch(text):
+        ends = [[int(x) for x in part.split("-")] for part in text.split(",")]
+        wanted = np.concatenate([np.arange(part[0], part[-1] + 1) for part in ends])
+        chosen = np.flatnonzero(np.isin(model.numbers, wanted))
+    else:
+        what = f"no group {quote(text)}{did_you_mean(text, model.groups)}; or give a plane, x=0.5, or numbers, 1-40,77"
+        raise InputError(model.source, option, what)
+    if not len(chosen):
+        raise InputError(model.source, option, f"no node at {quote(text)}: coordinates are in m")
+    return chosen

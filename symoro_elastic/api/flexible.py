@@ -1,0 +1,69 @@
+"""Finite-element bodies: flexible."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from symoro_elastic.api.kinds import COMMAND
+from symoro_elastic.foundation.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
+
+NOTHING: Mapping[str, str] = {}
+MOST_MODES = 200
+
+
+def flexible(
+    source: str | Path,
+    fixed: str = "",
+    interfaces: Mapping[str, str] = NOTHING,
+    *,
+    mass: str | Path | None = None,
+    nodes: str | Path | None = None,
+    modes: int = 6,
+    material: str = "steel",
+    scale: float = 1.0,
+) -> FlexibleModes:
+    """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
+
+    `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
+    joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5" in m, or numbers
+    "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes` more.
+    `material` of a mesh is a name or "E,nu,density"; coordinates times `scale` are metres, 0.001 for mm. The origin of
+    the file is that of the joint's frame.
+
+    Raises
+    ------
+    InputError
+        For files that hold no model, models that are fixed already, and nodes that determine no position.
+    """
+    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
+    from symoro_elastic.analysis.fe_bodies.reduction import reduced
+    from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_matrices, of_mesh
+    from symoro_elastic.formats.modes_file import load
+
+    file = str(source)
+    if file.endswith(".npz"):
+        if fixed or interfaces or mass or nodes:
+            raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
+        return FlexibleModes(file, load(file))
+    _refuse(fixed, len(interfaces), modes, scale)
+    if bool(mass) != bool(nodes):
+        raise InputError(COMMAND, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
+    model = of_matrices(file, str(mass), str(nodes), scale) if mass else of_mesh(file, material, scale)
+    held = nodes_of(model, fixed, "--fixed")
+    chosen = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
+    return FlexibleModes(file, reduced(model, held, chosen, modes))
+
+
+def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
+    if not fixed:
+        raise InputError(COMMAND, "--fixed", "says which nodes the joint holds: a set of the mesh, x=0, or numbers")
+    if not 0 <= modes <= MOST_MODES or modes + interfaces == 0:
+        raise InputError(COMMAND, "--modes", f"must be from 0 to {MOST_MODES}, with an interface or a mode at least")
+    if not 0 < scale < inf:
+        raise InputError(COMMAND, "--scale", f"{scale:g} is no scale: coordinates times it are metres")

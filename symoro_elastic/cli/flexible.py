@@ -1,0 +1,54 @@
+"""The command about finite-element bodies: flexible."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from symoro_elastic.cli.listed import command
+from symoro_elastic.cli.options import JSON, InputFile, OutputFile, writes
+from symoro_elastic.cli.output import print_result, steps
+from symoro_elastic.foundation.errors import InputError
+
+INTERFACES = click.option(
+    "--interface",
+    "interfaces",
+    metavar="NAME=NODES",
+    multiple=True,
+    help="Nodes of an interface, which becomes the row JOINT_NAME of a machine; may be repeated.",
+)
+
+
+@command("flexible")
+@click.argument("source", metavar="FILE", type=InputFile())
+@click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, x=0, or 1-40,77.")
+@INTERFACES
+@click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix, Matrix Market, beside the stiffness FILE.")
+@click.option("--nodes", metavar="FILE", type=InputFile(), help="Nodes of the matrices: lines of number, x, y, z.")
+@click.option("--modes", metavar="N", type=int, default=6, help="Modes beside six for each interface (default: 6).")
+@click.option(
+    "--material", metavar="NAME", default="steel",
+    help="Of a mesh: steel, cast-iron, aluminium, titanium, mineral-casting, or E,nu,density.",
+)  # fmt: skip
+@click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
+@click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
+@writes
+@JSON
+def flexible(source: str, interfaces: tuple[str, ...], save: str | None, as_json: bool, **options: Any) -> None:
+    """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix beside --mass and --nodes, or a file of
+    modes, which is described. [flexible] of a machine names such a file.
+    """
+    from symoro_elastic.api import flexible as operations
+    from symoro_elastic.formats.modes_file import save as save_body
+
+    pairs = [text.partition("=") for text in interfaces]
+    for name, equals, nodes in pairs:
+        if not (name.isidentifier() and equals and nodes):
+            raise InputError("symoro-elastic", "--interface", f"{name!r} is no NAME=NODES, as tip=x=0.5")
+    with steps() as step:
+        step("reduce")
+        result = operations.flexible(source, interfaces={name: nodes for name, _, nodes in pairs}, **options)
+    if save:
+        save_body(result.body, save)
+    print_result(result, as_json, save)

@@ -1,0 +1,183 @@
+"""Files of flexible bodies, .npz: modes, their integrals over the mass, stiffness, and interfaces.
+
+With Psi = [1, x, y, z, phi_1x, phi_1y, phi_1z, phi_2x ...] over the mass, in the frame of the joint at which the modes
+vanish, `G` = int Psi^T Psi holds mass, moments and all integrals of linear modes. `K` is their stiffness, `D` their
+damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. An interface NAME has the point
+`NAME_r`, and displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there. `about` is a text.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import read_file
+from symoro_elastic.foundation.output_files import write_file
+
+SAME = 1e-9
+"""Of the largest entry: how far matrices may be from symmetric, and eigenvalues below zero."""
+MOST_BYTES = 50_000_000
+OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
+ENDS = ("_r", "_phi", "_psi")
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes."""
+
+    point: Array
+    shift: Array
+    turn: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ModalBody:
+    """A body by m modes that are orthogonal in stiffness: `G` (4 + 3 m, 4 + 3 m), stiffness and damping (m,), N/m."""
+
+    G: Array
+    stiffness: Array
+    damping: Array
+    interfaces: Mapping[str, Interface] = field(default_factory=dict)
+    Ct1: Array | None = None
+    T1s: Array | None = None
+    about: str = ""
+
+    @property
+    def count(self) -> int:
+        """The number m of modes."""
+        return len(self.stiffness)
+
+    @property
+    def masses(self) -> Array:
+        """Mee (m, m)."""
+        return np.asarray(self._pairs.trace(axis1=2, axis2=3))
+
+    @property
+    def frequencies(self) -> Array:
+        """Frequencies (m,) of the modes with the joint held, Hz, where they are orthogonal in mass, too."""
+        return np.asarray(np.sqrt(self.stiffness / np.diag(self.masses)) / (2 * np.pi))
+
+    @property
+    def rigid(self) -> tuple[float, Array, Array]:
+        """Mass, first moments (3,) and inertia (3, 3) about the joint of the body at rest."""
+        P = self.G[1:4, 1:4]
+        return float(self.G[0, 0]), self.G[0, 1:4], np.trace(P) * np.eye(3) - P
+
+    @property
+    def integrals(self) -> dict[str, Array]:
+        """Ct0, Ct1, T0, T1, Mee of a flexible body."""
+        m = self.count
+        Ct1 = np.zeros((m, m, 3)) if self.Ct1 is None else self.Ct1
+        T1s = np.zeros((m, m, 3, 3)) if self.T1s is None else self.T1s
+        T0 = self.G[1:4, 4:].reshape(3, m, 3).transpose(1, 0, 2)
+        T1 = self._pairs.transpose(1, 0, 2, 3) + T1s
+        return {"Ct0": self.G[0, 4:].reshape(m, 3), "Ct1": Ct1, "T0": T0, "T1": T1, "Mee": self.masses}
+
+    @property
+    def _pairs(self) -> Array:
+        """int phi_k phi_l^T, (m, m, 3, 3)."""
+        return self.G[4:, 4:].reshape(self.count, 3, self.count, 3).transpose(0, 2, 1, 3)
+
+    def compliance(self, name: str) -> Array:
+        """The compliance (6, 6) at an interface with the joint held, by force and moment: m/N, 1/N, rad/(N m)."""
+        moved = np.hstack([self.interfaces[name].shift, self.interfaces[name].turn])
+        return np.asarray(moved.T @ (moved / self.stiffness[:, None]))
+
+    def keep(self, chosen: Array) -> ModalBody:
+        """The body with some of its modes, a mask (m,)."""
+        at = np.flatnonzero(chosen)
+        rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
+        interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
+        Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
+        numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
+        return ModalBody(self.G[np.ix_(rows, rows)], *numbers)
+
+
+def save(body: ModalBody, file: str | Path) -> None:
+    """Write a body to a .npz file; raises `InputError`."""
+    arrays: dict[str, Any] = {"G": body.G, "K": np.diag(body.stiffness), "D": np.diag(body.damping)}
+    arrays |= {"frequencies": body.frequencies, "about": np.array(body.about)}
+    arrays |= {key: x for key, x in (("Ct1", body.Ct1), ("T1s", body.T1s)) if x is not None}
+    for name, interface in body.interfaces.items():
+        parts = (interface.point, interface.shift.T, interface.turn.T)
+        arrays |= {name + end: x for end, x in zip(ENDS, parts, strict=True)}
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)
+    write_file(stream.getvalue(), file)
+
+
+def load(file: str | Path) -> ModalBody:
+    """Return the body in a .npz file; raises `InputError` for what is no body."""
+    content, source = read_file(file, most=MOST_BYTES + 1), str(file)
+    if len(content) > MOST_BYTES:
+        raise InputError(source, "file", f"larger than {MOST_BYTES // 10**6} MB: keep fewer modes")
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+            arrays = {key: stored[key] for key in stored.files}
+    except (ValueError, OSError, BadZipFile, KeyError) as error:
+        raise InputError(source, "file", f"not a .npz file of arrays: {str(error)[:120]}") from None
+    return _body(arrays, source)
+
+
+def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
+    for key in ("G", "K"):
+        if key not in arrays:
+            raise InputError(source, key, "is missing: symoro-elastic flexible writes such files")
+    K = _symmetric(arrays, "K", source)
+    m = len(K)
+    if m == 0:
+        raise InputError(source, "K", "has no modes: a rigid body is described in [bodies]")
+    G = _symmetric(arrays, "G", source, 4 + 3 * m)
+    D = _symmetric(arrays, "D", source, m) if "D" in arrays else np.zeros((m, m))
+    for key, x in (("K", K), ("D", D)):
+        if np.abs(x - np.diag(np.diag(x))).max() > SAME * np.abs(x).max():
+            raise InputError(source, key, "is not diagonal: take modes that are orthogonal in it")
+    if not (np.diag(K) > 0).all():
+        raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
+    more = {key: _shaped(arrays, key, shape, source) for key, shape in _optional(m).items()}
+    interfaces = _interfaces(arrays, m, source)
+    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")))
+
+
+def _optional(m: int) -> dict[str, tuple[int, ...]]:
+    return {"Ct1": (m, m, 3), "T1s": (m, m, 3, 3)}
+
+
+def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Interface]:
+    names = [key.removesuffix("_r") for key in arrays if key.endswith("_r") and key not in OWN]
+    sizes = dict(zip(ENDS, ((3,), (3, m), (3, m)), strict=True))
+    parts = {name: [_shaped(arrays, name + end, size, source) for end, size in sizes.items()] for name in names}
+    for name, (point, phi, psi) in parts.items():
+        if point is None or phi is None or psi is None:
+            raise InputError(source, name, f"an interface has {', '.join(name + end for end in ENDS)}")
+    return {name: Interface(point, phi.T, psi.T) for name, (point, phi, psi) in parts.items()}
+
+
+def _shaped(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source: str) -> Any:
+    if key not in arrays:
+        return None
+    x = arrays[key]
+    if x.shape != tuple(shape) or not np.issubdtype(x.dtype, np.number) or not np.isfinite(x).all():
+        raise InputError(source, key, f"must be numbers of the shape {tuple(shape)}, is {x.dtype} {x.shape}")
+    return x.astype(float)
+
+
+def _symmetric(arrays: Mapping[str, Array], key: str, source: str, size: int | None = None) -> Array:
+    """A symmetric matrix without negative eigenvalues; raises `InputError`."""
+    x = arrays[key]
+    size = len(x) if size is None and x.ndim else size or 0
+    matrix: Array = _shaped(arrays, key, (size, size), source)
+    largest = np.abs(matrix).max(initial=0.0)
+    if np.abs(matrix - matrix.T).max(initial=0.0) > SAME * largest:
+        raise InputError(source, key, "is not symmetric")
+    if size and np.linalg.eigvalsh(matrix).min() < -SAME * largest:
+        raise InputError(source, key, "has a negative eigenvalue: no body has such an energy")
+    return matrix

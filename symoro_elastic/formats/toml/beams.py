@@ -1,0 +1,388 @@
+"""The table [beams] of a machine file: beams as rigid pieces with elastic joints, as ordinary rows.
+
+u is the direction of the beam, v and w those across it, in the order of a right-handed frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.formats.robots.joint_tree import QUARTER, about_x, about_z
+from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to
+from symoro_elastic.formats.toml.tables import Table
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.beams import (
+    AXIAL,
+    FITTED,
+    FITTED_BENDING,
+    MOST_JOINTS,
+    MOST_MODES,
+    RULES,
+    SIZES,
+    TORSION,
+    TRANSVERSE,
+    Beam,
+    product,
+    section_of,
+)
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.rounded_angles import multiple_of_pi
+
+Entries = dict[str, Any]
+HEADING = "beams"
+END = "_end"
+"""End of the name of the row that carries what the beam carries."""
+AUTO = "auto"
+STIFF = (1e7, 2e12)
+"""Moduli of elasticity, Pa, from soft rubber to diamond."""
+DENSE = (20, 23000)
+"""Densities, kg/m3, from foam to osmium."""
+SLENDER = 5
+"""Length by size of the section below which shear lowers the first frequency by 2 % (bars) to 4 % (thin tubes)."""
+
+
+def _sizes(table: Table, key: str) -> tuple[str, tuple[Formula, ...]]:
+    """Kind and sizes of a section."""
+    sizes = replace(table.table(key), units="m").only(SIZES)
+    if len(sizes.entries) != 1:
+        raise table.fail(key, f"must be one of {', '.join(SIZES)}, as {{ tube = [0.12, 0.1] }}")
+    (kind,) = sizes.entries
+    if SIZES[kind] == 1:
+        return kind, (sizes.formula(kind),)
+    return kind, sizes.formulas(kind, (SIZES[kind],))
+
+
+def _one_or_two(table: Table, key: str) -> tuple[Formula, ...]:
+    return table.formulas(key, (2,)) if isinstance(table.entries[key], list) else (table.formula(key),)
+
+
+def _joints(table: Table, key: str) -> int:
+    if table.entries[key] == AUTO:
+        what = "is not offered: 4 is usual (two frequencies within 0.02 %), 5 for a third; compare `modes` of both"
+        raise table.fail(key, f"{quote(AUTO)} {what}")
+    return table.whole(key)
+
+
+def _list(title: str, length: int) -> Mapping[str, Any]:
+    return {"type": "array", "items": reference_to(title), "minItems": length, "maxItems": length}
+
+
+_SIZES = {kind: reference_to("formula") if n == 1 else _list("formula", n) for kind, n in SIZES.items()}
+SIGNED = tuple(sign + axis for axis in TRANSVERSE for sign in ("", "-"))
+ALONG = Key("along", one_of(SIGNED), "direction of the beam, in the frame of its row", '"x"')
+LENGTH = Key("length", keys.FORMULA, "length of the beam", '"1.2 m"', unit="m")
+SECTION = Key(
+    "section",
+    Type(
+        "table of a section",
+        {"type": "object", "properties": _SIZES, "additionalProperties": False, "minProperties": 1, "maxProperties": 1},
+        _sizes,
+    ),
+    "section: rod, its diameter; tube, outer and inner diameter; bar, its two sides; box, its two sides and its wall. "
+    "Sides are along those of x, y, z that are across the beam, in this order",
+    '{ tube = ["120 mm", 0.1] }',
+    otherwise="EI, GJ, EA and mass_per_length instead",
+)
+MODULUS = Key("E", keys.FORMULA, "modulus of elasticity", '"210 GPa"', otherwise="needed with section", unit="N/m2")
+SHEAR = Key("G", keys.FORMULA, "shear modulus, for torsion", '"81 GPa"', otherwise="E/2.6", unit="N/m2")
+DENSITY = Key("density", keys.FORMULA, "density", "7850", otherwise="needed with section", unit="kg/m3")
+BENDING = Key(
+    "EI",
+    Type("number or formula, or two of them", {"anyOf": [reference_to("formula"), _list("formula", 2)]}, _one_or_two),
+    "bending stiffness, or those of deflections in both directions across the beam, in the order of x, y, z",
+    "[2.1e4, 5e3]",
+    otherwise="that of section",
+    unit="N m2",
+)
+OF_TORSION = Key("GJ", keys.FORMULA, "stiffness of torsion", "3e3", otherwise="that of section", unit="N m2")
+OF_TENSION = Key("EA", keys.FORMULA, "stiffness of tension", "4e7", otherwise="that of section", unit="N")
+LINE_MASS = Key("mass_per_length", keys.FORMULA, "mass per length", "12", otherwise="that of section", unit="kg/m")
+LINE_INERTIA = Key(
+    *("inertia_per_length", keys.FORMULA, "inertia about the axis of the beam, per length", "0.02"),
+    otherwise="that of section",
+    unit="kg m",
+)
+DAMPING = Key(
+    "damping",
+    keys.FORMULA,
+    "damping ratio at the first frequency of every kind of deflection, with the root clamped and the tip free; of a "
+    "lower frequency it is lower in proportion",
+    "0.01",
+    default=ZERO,
+    otherwise="0",
+)
+JOINTS = Key(
+    *("joints", Type("whole number", {"type": "integer", "minimum": 1}, _joints)),
+    "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many",
+    "4",
+    default=4,
+    otherwise="4",
+)
+MODES = Key(
+    *("modes", Type("whole number", {"type": "integer", "minimum": 1}, lambda table, key: table.whole(key))),
+    "number of modes in each direction, in place of joints: small deflections; of torsion and tension half as many",
+    "3",
+    default=0,
+    otherwise="joints",
+)
+STIFFENING = Key(
+    *("stiffening", keys.TRUTH),
+    "whether tension and turning stiffen a beam by modes, and pressure weakens it",
+    "true",
+    default=False,
+    otherwise="false",
+)
+RULE = Key(
+    *("rule", one_of(RULES), "where the joints are: fitted to frequencies, at the points of Gauss, or in equal pieces"),
+    '"gauss"',
+    default=FITTED,
+    otherwise='"fitted"',
+)
+BENDS = Key(
+    "bends",
+    keys.some_of([*TRANSVERSE, TORSION, AXIAL]),
+    "kinds of deflection: in directions across the beam, torsion, axial",
+    '["y", "z", "torsion", "axial"]',
+    otherwise="both directions across the beam, and torsion if GJ or a section is given",
+)
+BEAMS = Section(
+    "[beams]",
+    "Uniform beams, by the joint whose frame the root is fixed to. What that joint carries, and frames on it, are at "
+    f"the end of the beam, the row NAME{END}; its body, motor and limits stay at the root. A beam becomes "
+    "rows NAME_y1, NAME_z1, NAME_torsion1 ... of kind elastic, with rigid pieces between them.",
+    (
+        *(ALONG, LENGTH, SECTION, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA),
+        *(DAMPING, JOINTS, RULE, MODES, STIFFENING, BENDS),
+    ),
+    "joint",
+)
+
+
+MAY_BE_ZERO = (LINE_MASS, LINE_INERTIA, DAMPING)
+"""Keys of numbers that a beam may be without."""
+
+
+def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
+    """The beam in an entry of [beams]; raises `InputError`.
+
+    `values` are those of parameters: sections are checked by them as far as they have values.
+    """
+    table.only(BEAMS.names)
+    _refuse_values(table, values)
+    along, length = ALONG.read(table), LENGTH.read(table)
+    both = TRANSVERSE[along[-1]]
+    is_by_section = SECTION.name in table.entries
+    stiffness, mass, inertia = _of_section(table, both, values) if is_by_section else _of_cells(table, both)
+    usual = tuple(kind for kind in (*sorted(both), TORSION) if kind in stiffness)
+    bends = tuple(dict.fromkeys(BENDS.read(table, usual)))
+    for kind in bends:
+        if kind not in (*both, TORSION, AXIAL):
+            raise table.fail(BENDS.name, f"no deflection {quote(kind)} along {along}{did_you_mean(kind, stiffness)}")
+        if kind not in stiffness:
+            raise table.fail(BENDS.name, f"{kind} needs {'GJ' if kind == TORSION else 'EA'}, or a section and E")
+    if TORSION in bends and TORSION not in inertia:
+        raise table.fail(LINE_INERTIA.name, "is missing: torsion needs it, as 2*I*density; or give a section")
+    modes, stiffening = _modes(table)
+    rule, joints = RULE.read(table), JOINTS.read(table)
+    least, most = (min(FITTED_BENDING), max(FITTED_BENDING)) if rule == FITTED else (1, MOST_JOINTS)
+    if not least <= joints <= most:
+        way = ': rule = "gauss" or "equal" have others' if rule == FITTED and joints > 0 else ""
+        raise table.fail(JOINTS.name, f"{joints} is not from {least} to {most}, which the rule {rule} has{way}")
+    inertia = {TORSION: "0", **dict.fromkeys(both, "0"), **inertia}
+    damping = DAMPING.read(table).text
+    doubts = tuple(_doubts(table, values)) if is_by_section else ()
+    numbers = (rule, joints, bends, doubts, modes, stiffening)
+    beam = Beam(name, along, length.text, stiffness, mass, inertia, damping, *numbers)
+    names = sorted({x for text in beam.cells for x in Formula.parse(text).names} - {"pi"}) if modes else []
+    if names:
+        what = f"modes are numbers of the file, and {quote(names[0])} is a name: write its value, or joints"
+        raise table.fail(MODES.name, what)
+    return beam
+
+
+def _modes(table: Table) -> tuple[int, bool]:
+    """Number of modes, 0 of a beam by joints, and whether tension stiffens it."""
+    modes, stiffening = MODES.read(table), STIFFENING.read(table)
+    if modes and (other := next((key.name for key in (JOINTS, RULE) if key.name in table.entries), "")):
+        raise table.fail(other, "belongs to a beam by joints: leave it out, or modes")
+    if MODES.name in table.entries and not 1 <= modes <= MOST_MODES:
+        raise table.fail(MODES.name, f"{modes} is not from 1 to {MOST_MODES}")
+    if stiffening and not modes:
+        raise table.fail(STIFFENING.name, "belongs to a beam by modes: joints follow large deflections by themselves")
+    return modes, stiffening
+
+
+def _refuse_values(table: Table, values: Mapping[str, float]) -> None:
+    """Refuse numbers that are negative, and zeros where a beam needs more."""
+    for key in BEAMS.keys:
+        if key.type in (keys.FORMULA, BENDING.type) and key.name in table.entries:
+            cells = key.read(table)
+            for cell in cells if isinstance(cells, tuple) else (cells,):
+                value = cell.known_value(values)
+                if value is not None and (value < 0 or (value == 0 and key not in MAY_BE_ZERO)):
+                    raise table.fail(
+                        key.name, f"{quote(cell)} must {'not be negative' if key in MAY_BE_ZERO else 'be above 0'}"
+                    )
+
+
+Properties = tuple[dict[str, str], str, dict[str, str]]
+"""Stiffness by kind of deflection, mass per length, inertia per length."""
+
+
+def _of_section(table: Table, both: tuple[str, str], values: Mapping[str, float]) -> Properties:
+    """Properties of a beam by its section, E, G and density."""
+    for key in (BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA):
+        if key.name in table.entries:
+            raise table.fail(key.name, "follows from the section: leave one of them out")
+    kind, sizes = SECTION.read(table)
+    numbers = [size.known_value(values) for size in sizes]
+    if fault := _fault_of_section(kind, numbers):
+        raise table.fail(SECTION.name, fault)
+    for key in (MODULUS, DENSITY):
+        if key.name not in table.entries:
+            raise table.fail(key.name, "is missing, which the section needs")
+    longer = int(len(numbers) > 1 and (numbers[0] or 0.0) < (numbers[1] or 0.0))
+    section = section_of(kind, [size.text for size in sizes], longer)
+    E, density = MODULUS.read(table).text, DENSITY.read(table).text
+    G = SHEAR.read(table).text if SHEAR.name in table.entries else product(1 / 2.6, E)
+    squares = dict(zip(sorted(both), section.squares, strict=True))
+    stiffness = {axis: product(E, square) for axis, square in squares.items()}
+    inertia = {axis: product(density, square) for axis, square in squares.items()}
+    polar = product(density, " + ".join(section.squares))
+    more = {TORSION: product(G, section.torsion), AXIAL: product(E, section.area)}
+    return {**stiffness, **more}, product(density, section.area), {**inertia, TORSION: polar}
+
+
+def _doubts(table: Table, values: Mapping[str, float]) -> Iterator[str]:
+    """Implausible numbers of a beam with a section, as those in mm, MPa and t/mm3 are without their units."""
+    for key, (low, high), likely in ((MODULUS, STIFF, "MPa"), (DENSITY, DENSE, "t/mm3")):
+        value = key.read(table).known_value(values)
+        if value is not None and not low <= value <= high:
+            yield f'{key.name} = {value:g} {key.unit} is no solid\'s; write the unit, as "{value:g} {likely}", if meant'
+    length, (_, sizes) = LENGTH.read(table).known_value(values), SECTION.read(table)
+    widest = max(size.known_value(values) or 0.0 for size in sizes)
+    if length is not None and length < SLENDER * widest:
+        what = "shear, which is left out, lowers its frequencies"
+        yield f"length {length:g} m is below {SLENDER} times the size {widest:g} m of the section: {what}; units in mm?"
+
+
+def _fault_of_section(kind: str, sizes: list[float | None]) -> str:
+    """Why no section has these sizes; empty where one may."""
+    if any(size is not None and size <= 0 for size in sizes):
+        return f"sizes of a {kind} must be above 0"
+    if kind == "bar" and None in sizes:
+        return "sides of a bar need values, by which the longer one is known: give the parameters values, or EI and GJ"
+    if None in sizes or kind not in ("tube", "box"):
+        return ""
+    numbers = [size for size in sizes if size is not None]
+    if kind == "tube" and numbers[1] >= numbers[0]:
+        return f"the inner diameter {numbers[1]:g} m is not below the outer one, {numbers[0]:g} m"
+    if kind == "box" and 2 * numbers[2] >= min(numbers[:2]):
+        return f"two walls of {numbers[2]:g} m fill the side of {min(numbers[:2]):g} m: write a bar, or a thinner wall"
+    return ""
+
+
+def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
+    """Properties of a beam that are given themselves."""
+    for key in (MODULUS, SHEAR, DENSITY):
+        if key.name in table.entries:
+            raise table.fail(key.name, "needs a section: give one, or EI, GJ, EA and mass_per_length")
+    for key in (BENDING, LINE_MASS):
+        if key.name not in table.entries:
+            raise table.fail(key.name, "is missing: give it, or a section with E and density")
+    bending = [cell.text for cell in BENDING.read(table)]
+    stiffness = dict(zip(sorted(both), bending if len(bending) == 2 else bending * 2, strict=True))
+    stiffness |= {
+        kind: key.read(table).text
+        for kind, key in ((TORSION, OF_TORSION), (AXIAL, OF_TENSION))
+        if key.name in table.entries
+    }
+    inertia = {TORSION: LINE_INERTIA.read(table).text} if LINE_INERTIA.name in table.entries else {}
+    return stiffness, LINE_MASS.read(table).text, inertia
+
+
+def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
+    """The rows of a beam below that of its root, and their bodies and springs by name."""
+    first, second = beam.transverse
+    root = own_axes(beam)
+    frames = {first: np.eye(3), second: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
+    frames |= dict.fromkeys((TORSION, AXIAL), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+    rows = [{"name": f"{beam.name}_root", "kind": "fixed", **displacement(root, np.eye(3))}]
+    bodies, springs = dict[str, Entries](), dict[str, Entries]()
+    axes, last = np.eye(3), 0.0
+    for place, label, kind, share in [*_joints_along(beam), (1.0, beam.name + END, "", 0.0)]:
+        if place > last:
+            bodies[rows[-1]["name"]] = _body(beam, axes, last, place)
+        new = frames[kind] if kind else root
+        cells = displacement(axes, new, product(place - last, beam.length) if place > last else "")
+        axes, last = new, place
+        if kind:
+            sigma = int(kind == AXIAL)
+            own = SELECTED[sigma]
+            cells = {
+                "kind": "elastic",
+                "sigma": sigma,
+                **cells,
+                own: " + ".join([label, *([cells[own]] if own in cells else [])]),
+            }
+            springs[label] = dict(zip(("stiffness", "damping"), beam.spring(kind, share), strict=True))
+        rows.append({"name": label, **({} if kind else {"kind": "fixed"}), **cells})
+    return rows, {"bodies": bodies, "springs": springs}
+
+
+def own_axes(beam: Beam) -> Array:
+    """Axes u, v, w of a beam (3, 3), rows in the frame of its row."""
+    u = np.eye(3)["xyz".index(beam.along[-1])] * (-1 if beam.along[0] == "-" else 1)
+    w = np.eye(3)["xyz".index(beam.transverse[1])]
+    return np.array([u, np.cross(w, u), w])
+
+
+def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:
+    """Place, name, kind and compliance fraction of the joints, from the root to the end."""
+    joints = (
+        (place, f"{beam.name}_{kind}{k}", kind, share)
+        for kind in beam.bends
+        for k, (place, share) in enumerate(zip(*beam.places(kind), strict=True), start=1)
+    )
+    yield from sorted(joints, key=lambda joint: joint[0])
+
+
+def _body(beam: Beam, axes: Array, start: float, end: float) -> Entries:
+    """The rigid piece between two places, in the frame at the first of them."""
+    mass, about = beam.piece(start, end)
+    center = product((end - start) / 2, beam.length)
+    return {
+        "mass": mass,
+        "center_of_mass": [center if axis[0] else "0" for axis in axes.T],
+        "inertia": [about[int(np.argmax(np.abs(axis)))] for axis in axes.T],
+    }
+
+
+def displacement(start: Array, end: Array, distance: str = "") -> Entries:
+    """Cells of a row from one frame to another, `distance` along u: axes (3, 3) in columns, each along u, v or w.
+
+    A distance needs u along x or z of the first frame.
+    """
+    between = start.T @ end
+    x, y, z = between[:, 2]
+    if start[0, 2]:
+        gamma, alpha, cell = (0.0, math.acos(z), "b") if z else (math.atan2(x, -y), math.pi / 2, "b")
+    elif x:
+        gamma, alpha, cell = math.atan2(x, 0.0), math.pi / 2, "r"
+    else:
+        gamma, alpha, cell = 0.0, math.atan2(-y, z), "d"
+    turned = (about_z(gamma, 0.0) * about_x(alpha, 0.0)).rotation.T @ between
+    angles = {"gamma": gamma, "alpha": alpha, "theta": math.atan2(turned[1, 0], turned[0, 0])}
+    quarters = {key: round(angle / QUARTER) for key, angle in angles.items()}
+    cells: Entries = {key: multiple_of_pi(Fraction(n, 2)) for key, n in quarters.items() if n}
+    sign = "-" if cell == "r" and x * start[0, 0] < 0 else ""
+    return {**cells, cell: sign + distance} if distance else cells

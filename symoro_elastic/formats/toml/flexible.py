@@ -1,0 +1,283 @@
+"""Flexible parts of a machine file as ordinary rows: cells of six elastic degrees of freedom, and beams.
+
+Rows are expanded as written, before they are read: a cell becomes at most six elastic rows and a fixed one of its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.formats.robots.joint_tree import about_x, about_z
+from symoro_elastic.formats.robots.robot import Placement
+from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
+from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
+from symoro_elastic.formats.toml.flexible_bodies import bodies_of_files, body_of_file, rows_of_body, written_bodies
+from symoro_elastic.formats.toml.modal_rows import Rows, body_of_beam, rows_of_beam
+from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.flexible import FlexibleBody
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.joints import SELECTED, Kind
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quote
+
+Entries = dict[str, Any]
+SIX = 6
+"""The sigma of a cell: three slides along x, y, z, then turns about z, y, x."""
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+"""Order of the six stiffnesses, and ends of the names of their rows."""
+IN_SEQUENCE = (("x", 1, 1), ("y", 1, 2), ("z", 1, 0), ("rz", 0, 0), ("ry", 0, 2), ("rx", 0, 1))
+"""Rows of a cell: direction, sigma, and the frame's axes: x y z, turned k times in the cycle x -> y -> z -> x."""
+CYCLES: tuple[Entries, ...] = ({}, {"gamma": "pi/2", "alpha": "pi/2"}, {"alpha": "-pi/2", "theta": "-pi/2"})
+"""Angles of a row whose axes are those of its antecedent, in a cycle turned 0, 1 and 2 times."""
+GEOMETRY = ("gamma", "b", "alpha", "d", "theta", "r", "at", "in")
+"""Keys of a row that place its frame."""
+OF_CELL = ("stiffness", "damping", "neutral")
+"""Keys of a spring with an entry for each direction."""
+NOT_ON_CELL = ("motors", "friction", "drives", "limits")
+"""Tables without a meaning for six variables at once."""
+NEAR = 1e-6
+"""Part of a beam's length within which a point is at its end, or on its axis."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows in place of the row `name` of the file: `carrier`, or the last, carries what that row carries there.
+
+    `sections` are new entries of tables by joint, where those of the file win: {} removes one.
+    """
+
+    name: str
+    rows: tuple[Entries, ...]
+    sections: Mapping[str, Mapping[str, Entries]] = field(default_factory=dict)
+    carrier: str = ""
+
+    @property
+    def end(self) -> str:
+        """The row that carries what the row of the file carries."""
+        return self.carrier or str(self.rows[-1]["name"])
+
+
+def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
+    """The beams of a file, by the values of its parameters; raises `InputError`."""
+    table = top.table(HEADING)
+    rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
+    for name in table.entries:
+        if name not in rows:
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+        if rows[name].entries.get("kind") == Kind.CUT:
+            raise top.fail(HEADING, f"{quote(name)} is a cut joint, which carries nothing: name a fixed row")
+    return tuple(_beam(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
+
+
+def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
+    """The beam in an entry, whose rows can be written; raises `InputError`."""
+    try:
+        beam = beam_of(table, name, values)
+        _rows_of_beam(beam, values)
+    except FormulaError as error:
+        raise InputError(table.source, table.place, f"numbers or formulas that are too large: {error}") from None
+    return beam
+
+
+def _rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
+    return rows_of_beam(beam, values) if beam.modes else rows_of(beam)
+
+
+def with_rows_of_parts(
+    top: Table, beams: Iterable[Beam], values: Mapping[str, float]
+) -> tuple[Table, tuple[FlexibleBody, ...]]:
+    """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
+
+    With it come the bodies that bend by modes. Raises `InputError`.
+    """
+    bodies = bodies_of_files(top)
+    by_row = {beam.name: _rows_of_beam(beam, values) for beam in beams}
+    for name in by_row.keys() & bodies.keys():
+        raise top.fail(OF_FLEXIBLE, f"{quote(name)} has a beam: give one of them")
+    by_row |= {name: rows_of_body(name, body) for name, body in bodies.items()}
+    flexible = [body_of_beam(beam, values) for beam in beams if beam.modes]
+    flexible += [body_of_file(name, body) for name, body in bodies.items()]
+    for body in flexible:
+        if body.joint in top.table("bodies").entries:
+            raise top.fail("bodies", f"{body.joint} has the inertia of a body by modes: leave it out")
+    flexible += written_bodies(top)
+    if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
+        return top, tuple(flexible)
+    parts = [
+        _with_rows(_part(top, row), by_row.get(name), name in bodies)
+        for row in _rows_of_file(top)
+        for name in (row.text("name"),)
+    ]
+    ends = {part.name: part.end for part in parts}
+    frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
+    new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
+    return replace(top, entries={**top.entries, **new}), tuple(flexible)
+
+
+def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
+    """A frame, moved to the end of the beam where its row has a beam."""
+    on = frame.get("on") if isinstance(frame, dict) else None
+    return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
+
+
+def _with_rows(part: Part, below: Rows | None, carries: bool) -> Part:
+    """The rows of a part, with those of a beam or body on its last row, which goes on to carry others or not."""
+    if below is None:
+        return part
+    rows, sections = below
+    names = part.sections.keys() | sections.keys()
+    merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
+    return Part(part.name, (*part.rows, *rows), merged, part.end if carries else "")
+
+
+def _rows_of_file(top: Table) -> list[Table]:
+    return [with_name_in_place(row, j) for j, row in enumerate(top.tables("joints"), start=1)]
+
+
+def with_name_in_place(row: Table, j: int) -> Table:
+    """The row with the joint's name in its place, for later messages."""
+    name = replace(row, place=f"joint {j}").text("name")
+    label = name if name.isidentifier() and len(name) < 100 else quote(name)
+    return replace(row, place=f"joint {j} ({label})")
+
+
+def _is_cell(row: Table) -> bool:
+    return row.entries.get("sigma") == SIX
+
+
+def _part(top: Table, row: Table) -> Part:
+    return _cell(top, row) if _is_cell(row) else Part(row.text("name"), (row.entries,))
+
+
+def _rows(parts: Iterable[Part]) -> list[Entries]:
+    """The rows of all parts, with numbers of rows as in the expanded table."""
+    numbers, names, rows = [0], dict[str, str](), list[Entries]()
+    for part in parts:
+        first, *others = part.rows
+        for key in ("antecedent", "in"):
+            value = first.get(key, len(numbers) - 1 if key == "antecedent" else None)
+            if isinstance(value, int) and 0 <= value < len(numbers):
+                first = {**first, key: numbers[value]}
+            elif isinstance(value, str):
+                first = {**first, key: names.get(value, value)}
+        names[part.name] = part.end
+        numbers.append(len(rows) + 1 + [row["name"] for row in part.rows].index(part.end))
+        rows += [first, *others]
+    return rows
+
+
+def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
+    """The tables by joint with the entries of parts."""
+    tables: dict[str, Entries] = {}
+    for part in parts:
+        for section, entries in part.sections.items():
+            table = tables.setdefault(section, dict(top.table(section).entries))
+            for name, entry in entries.items():
+                own = table.pop(name, {})
+                table.update({name: {**entry, **own} if isinstance(own, dict) else own} if entry else {})
+    return tables
+
+
+def _cell(top: Table, row: Table) -> Part:
+    """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
+    name = row.text("name")
+    stiffness, *others = _springs(top, row)
+    is_held = [isinstance(x, Number) and "inf" in x for x in stiffness]
+    rows = [{"name": f"{name}_seat", "kind": "fixed", **_seat(row)}] if _seat(row) else []
+    springs: dict[str, Entries] = {name: {}}
+    axes = 0
+    for direction, sigma, turned in IN_SEQUENCE:
+        k = DIRECTIONS.index(direction)
+        if is_held[k]:
+            continue
+        label = f"{name}_{direction}"
+        angles = CYCLES[(turned - axes) % 3]
+        own = {SELECTED[sigma]: label + " - pi/2" * (sigma == 0 and "theta" in angles)}
+        rows.append({"name": label, "kind": "elastic", "sigma": sigma, **angles, **own})
+        springs[label] = {key: values[k] for key, values in zip(OF_CELL, (stiffness, *others), strict=True)}
+        axes = turned
+    rows.append({"name": name, "kind": "fixed", "sigma": 2, **CYCLES[-axes % 3]})
+    first = {"antecedent": row.entries["antecedent"]} if "antecedent" in row.entries else {}
+    return Part(name, ({**rows[0], **first}, *rows[1:]), {"springs": springs})
+
+
+def _seat(row: Table) -> Entries:
+    return {key: row.entries[key] for key in GEOMETRY if key in row.entries and row.entries[key] != 0}
+
+
+def _springs(top: Table, row: Table) -> list[list[Any]]:
+    """Stiffnesses, dampings and neutral positions of a cell by direction, as written; raises `InputError`."""
+    name = row.text("name")
+    if row.entries.get("kind") != Kind.ELASTIC:
+        raise row.fail("sigma", f'6 is a cell of six springs: write kind = "{Kind.ELASTIC}"')
+    for key in ("axis", "variable"):
+        if key in row.entries:
+            what = "a cell of six springs has the axes of the frame that it is in, and six variables: leave it out"
+            raise row.fail(key, what)
+    for section in NOT_ON_CELL:
+        if name in top.table(section).entries:
+            what = "a cell of six springs has stiffness and damping only: give this to a row of its own"
+            raise row.fail(section, what)
+    entry = replace(top.table("springs").table(name), place=row.place)
+    if "stiffness" not in entry.entries:
+        what = f"is missing: write {name} = {{ stiffness = [kx, ky, kz, krx, kry, krz] }} in [springs]"
+        raise row.fail("stiffness", what)
+    for key in entry.entries:
+        if key not in OF_CELL:
+            raise row.fail(key, f"a cell of six springs has {', '.join(OF_CELL)} only")
+    lists = [_six(entry, key) for key in OF_CELL]
+    if all(isinstance(x, Number) and "inf" in x for x in lists[0]):
+        raise row.fail("stiffness", 'all directions are held: write kind = "fixed", without sigma and spring')
+    return lists
+
+
+def _six(entry: Table, key: str) -> list[Any]:
+    """The six entries of a key, as written; zeros where it is missing."""
+    values = entry.entries.get(key, [0] * SIX)
+    if isinstance(values, list) and any(isinstance(x, list) for x in values):
+        what = "a matrix couples directions, which rows do not: turn the frame so that it is diagonal, and give six"
+        raise entry.fail(key, what)
+    if not isinstance(values, list) or len(values) != SIX:
+        raise entry.fail(key, "must be a list of six: along x, y, z, about x, y, z; inf where a direction is held")
+    return values
+
+
+def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, float]) -> None:
+    """Raise `InputError` for a row or a frame without one that a beam would have to carry inside its length."""
+    for beam in beams:
+        end = next(j for j, joint in enumerate(machine.joints, start=1) if joint.name == beam.name + END)
+        length = Formula.parse(beam.length).known_value(values) or 0.0
+        axis = "xyz".index(beam.along[-1])
+        for place, point in _points_beyond(machine, end, values):
+            along = -point[axis] if beam.along[0] != "-" else point[axis]
+            across = np.delete(point, axis)
+            if NEAR * length < along < (1 - NEAR) * length and np.hypot(*across) < NEAR * length:
+                what = f"it is {along:g} m before the end of the beam {beam.name}, which carries at its end only"
+                raise machine.error(place, f"{what}: write two beams, with a fixed row between")
+
+
+def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
+    """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
+    frames = {end: Placement()}
+    for j, joint in enumerate(machine.joints, start=1):
+        cells = [getattr(joint, key).known_value(values) for key in GEOMETRY[:6]]
+        if joint.antecedent not in frames or None in cells:
+            continue
+        gamma, b, alpha, d, theta, r = (cell or 0.0 for cell in cells)
+        frame = frames[joint.antecedent] * about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
+        if joint.kind is Kind.FIXED:
+            frames[j] = frame
+        yield f"joint {j} ({joint.name}), antecedent", frame.translation
+    rows = {machine.joint(j).name: frame for j, frame in frames.items()}
+    for named in machine.frames:
+        point = [cell.known_value(values) for cell in named.at]
+        if named.on in rows and None not in point:
+            frame = rows[named.on]
+            yield f"frame {named.name}, on", frame.translation + frame.rotation @ np.array(point)

@@ -1,0 +1,168 @@
+"""The table [flexible] of a machine file: bodies that bend by modes, from a file of modes or as integrals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.formats.modes_file import ModalBody, load
+from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.key import Key, Section, Type
+from symoro_elastic.formats.toml.modal_rows import ROOT, Follower, ModalRows, Rows
+from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.flexible import FlexibleBody
+from symoro_elastic.machine.names import did_you_mean, quote
+
+HEADING = "flexible"
+SHAPES = {"Ct0": "m3", "Ct1": "mm3", "T0": "m33", "T1": "mm33", "Mee": "mm"}
+"""Sizes of the integrals, m being the number of modes."""
+
+
+def _numbers(table: Table, key: str) -> Array:
+    """An array of numbers as written."""
+    try:
+        return np.array(_floats(table.entries[key]), dtype=float)
+    except (TypeError, ValueError):
+        raise table.fail(key, "must be lists of numbers, all of one length") from None
+
+
+def _floats(value: Any) -> Any:
+    if isinstance(value, list):
+        return [*map(_floats, value)]
+    if isinstance(value, bool) or not isinstance(value, int | Number):
+        raise TypeError
+    return float(value)
+
+
+ARRAY = Type("lists of numbers", {"type": "array"}, _numbers)
+FILE = Key(
+    *("file", keys.TEXT, "file of modes, as `symoro-elastic flexible` writes, beside the machine's file"),
+    '"bed.npz"',
+    otherwise="modes and their integrals",
+)
+KEEP = Key(
+    *("keep", keys.NUMBER, "highest frequency of the modes that are kept, with the joint held"),
+    '"800 Hz"',
+    otherwise="all modes of the file",
+    unit="Hz",
+)
+DAMPING = Key(
+    *("damping", keys.NUMBER, "damping ratio of every mode, with the joint held", "0.02"), otherwise="that of the file"
+)
+MODES = Key(
+    *("modes", keys.TEXTS, "elastic rows on the body that are its modes, in place of a file", '["bed_e1", "bed_e2"]'),
+    otherwise="those of the file",
+)
+INTEGRALS = tuple(
+    Key(name, ARRAY, meaning, "[[0.1, 0, 0]]", otherwise="with modes")
+    for name, meaning in {
+        "Ct0": "integrals over the mass of the modes phi_k, a list for each mode",
+        "Ct1": "of their foreshortening s_kl",
+        "T0": "of x phi_k^T",
+        "T1": "of phi_l phi_k^T + x s_kl^T",
+        "Mee": "of phi_k . phi_l",
+    }.items()
+)
+FLEXIBLE = Section(
+    f"[{HEADING}]",
+    "Bodies that bend, by the joint whose frame holds them: a file becomes rows NAME_e1, NAME_e2 ... of kind elastic, "
+    "and a row NAME_INTERFACE for each interface of the file, which carries what names it as antecedent.",
+    (FILE, KEEP, DAMPING, MODES, *INTEGRALS),
+    "joint",
+)
+
+
+def bodies_of_files(top: Table) -> dict[str, ModalBody]:
+    """The bodies of files, by joint; raises `InputError`."""
+    table = top.table(HEADING)
+    rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
+    bodies = {}
+    for name in table.entries:
+        entry = table.table(name).only(FLEXIBLE.names)
+        if name not in rows:
+            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+        if FILE.name in entry.entries:
+            for key in (MODES, *INTEGRALS):
+                if key.name in entry.entries:
+                    raise entry.fail(key.name, "follows from the file: leave one of them out")
+            if name in top.table("bodies").entries:
+                raise entry.fail(FILE.name, "has mass and inertia: leave the joint out of [bodies]")
+            bodies[name] = _chosen(entry, load(Path(top.source).parent / FILE.read(entry)))
+    return bodies
+
+
+def _chosen(entry: Table, body: ModalBody) -> ModalBody:
+    """The body with the modes and the damping that its entry says."""
+    if KEEP.name in entry.entries:
+        kept = body.frequencies <= KEEP.read(entry)
+        if not kept.any():
+            raise entry.fail(KEEP.name, f"is below all modes: the first has {body.frequencies.min():.4g} Hz")
+        body = body.keep(kept)
+    if DAMPING.name in entry.entries:
+        damping = 2 * DAMPING.read(entry) * np.sqrt(body.stiffness * np.diag(body.masses))
+        body = ModalBody(body.G, body.stiffness, damping, body.interfaces, body.Ct1, body.T1s, body.about)
+    return body
+
+
+def rows_of_body(name: str, body: ModalBody) -> Rows:
+    """The rows of a body by modes below that which holds it."""
+    followers = [Follower(f"{name}_{key}", x.point, x.shift, x.turn, np.eye(3)) for key, x in body.interfaces.items()]
+    sigmas = [1] * body.count
+    return ModalRows(
+        name, labels(name, body), sigmas, body.stiffness.tolist(), body.damping.tolist(), body.rigid, followers
+    ).rows({})
+
+
+def labels(name: str, body: ModalBody) -> list[str]:
+    """Names of the rows of its modes."""
+    return [f"{name}_e{k + 1}" for k in range(body.count)]
+
+
+def body_of_file(name: str, body: ModalBody) -> FlexibleBody:
+    """The flexible body of the rows of a file."""
+    return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals)
+
+
+def written_bodies(top: Table) -> Iterator[FlexibleBody]:
+    """The bodies that are given by integrals; raises `InputError`."""
+    table = top.table(HEADING)
+    rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
+    for name in table.entries:
+        entry = table.table(name)
+        if FILE.name in entry.entries:
+            continue
+        for key in (MODES, *INTEGRALS):
+            if key.name not in entry.entries:
+                raise entry.fail(key.name, "is missing: give a file, or modes and their integrals")
+        modes = MODES.read(entry)
+        for mode in modes:
+            if mode not in rows:
+                raise entry.fail(MODES.name, f"no joint {quote(mode)}{did_you_mean(mode, rows)}")
+        yield FlexibleBody.of(name, modes, {key.name: _shaped(entry, key, len(modes)) for key in INTEGRALS})
+
+
+def _shaped(entry: Table, key: Key, m: int) -> Array:
+    array: Array = key.read(entry)
+    shape = tuple(m if size == "m" else int(size) for size in SHAPES[key.name])
+    if array.shape != shape or not np.isfinite(array).all():
+        raise entry.fail(key.name, f"must be numbers of the shape {shape}, is {array.shape}")
+    return array
+
+
+def entry_of_body(body: FlexibleBody) -> list[tuple[str, str]]:
+    """The entry of a body, as TOML writes it."""
+    modes = f"[{', '.join(map(quote_text, body.modes))}]"
+    return [(MODES.name, modes), *((key, _written(getattr(body, key))) for key in SHAPES)]
+
+
+def quote_text(text: str) -> str:
+    """A name as TOML writes it."""
+    return f'"{text}"'
+
+
+def _written(value: Any) -> str:
+    return f"[{', '.join(map(_written, value))}]" if isinstance(value, tuple) else repr(float(value))

@@ -1,0 +1,151 @@
+"""Rows of a body by modes: the body, a row for each mode, and coupled rows that follow them to its interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.formats.toml.beams import END, displacement, own_axes
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.beam_modes import ModalBeam, modal_beam
+from symoro_elastic.machine.beams import TORSION, Beam
+from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
+from symoro_elastic.machine.joints import SELECTED
+
+Entries = dict[str, Any]
+Rows = tuple[list[Entries], dict[str, dict[str, Entries]]]
+"""Rows, and entries of tables by joint."""
+ROOT = "_root"
+"""End of the name of the row that has a body by modes."""
+TO_AXIS = (np.eye(3)[:, [1, 2, 0]], np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.eye(3))
+"""Frames with z along x, y, z."""
+UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """A frame on a body: its row and its point at rest, how modes shift and turn it (m, 3), its axes (3, 3) at the end.
+
+    `shorter` are foreshortenings along x: e^T w e/2 by the label of their row.
+    """
+
+    name: str
+    point: Array
+    shift: Array
+    turn: Array
+    axes: Array
+    shorter: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class ModalRows:
+    """What rows of a body by modes need: its name, sigma, stiffness and damping of the modes, and its followers.
+
+    `rigid` are mass, first moments and inertia at rest.
+    """
+
+    name: str
+    labels: Sequence[str]
+    sigmas: Sequence[int]
+    stiffness: Sequence[float]
+    damping: Sequence[float]
+    rigid: tuple[float, Array, Array]
+    followers: Sequence[Follower]
+
+    def rows(self, placed: Entries) -> Rows:
+        """Rows below that which carries the body, whose frame cells place in that; bodies and springs by name."""
+        root = self.name + ROOT
+        rows = [{"name": root, "kind": "fixed", **placed}]
+        for label, sigma in zip(self.labels, self.sigmas, strict=True):
+            row = {"name": label, "antecedent": root, "kind": "elastic", "sigma": sigma}
+            rows.append({**row, SELECTED[sigma]: label})
+        numbers = zip(self.labels, self.stiffness, self.damping, strict=True)
+        springs = {label: {"stiffness": repr(float(k)), "damping": repr(float(d))} for label, k, d in numbers}
+        mass, moments, J = self.rigid
+        body = {
+            "mass": repr(mass),
+            "first_moments": _texts(moments),
+            "inertia_at_origin": _texts(J[at] for at in UPPER),
+        }
+        for follower in self.followers:
+            rows += self._to(follower)
+        return rows, {"springs": springs, "bodies": {root: body}}
+
+    def _to(self, follower: Follower) -> Iterator[Entries]:
+        """Coupled rows to a frame, and the fixed one at their end."""
+        axes, first = np.eye(3), {"antecedent": self.name + ROOT}
+        for what, axis, formula in self._moves(follower):
+            sigma = int(what != "turn")
+            cells = displacement(axes, TO_AXIS[axis])
+            own = SELECTED[sigma]
+            cells[own] = " + ".join([formula, *([cells[own]] if own in cells else [])])
+            follows = any(label in formula for label in self.labels)
+            kind = {"kind": "coupled", "sigma": sigma} if follows else {"kind": "fixed"}
+            yield {"name": f"{follower.name}_{what}_{'xyz'[axis]}", **first, **kind, **cells}
+            axes, first = TO_AXIS[axis], {}
+        yield {"name": follower.name, **first, "kind": "fixed", **displacement(axes, follower.axes)}
+
+    def _moves(self, follower: Follower) -> Iterator[tuple[str, int, str]]:
+        """Slides along x, y, z and turns about z, y, x of a frame: what, axis and formula."""
+        for axis in range(3):
+            formula = _formula(follower.shift[:, axis], self.labels)
+            at = repr(float(follower.point[axis])) if follower.point[axis] else ""
+            if at or formula:
+                yield "shift", axis, " + ".join(filter(None, (at, formula)))
+            for what, w in follower.shorter.items() if axis == 0 else ():
+                yield what, 0, f"-({_quadratic(w, self.labels)})"
+        for axis in (2, 1, 0):
+            if formula := _formula(follower.turn[:, axis], self.labels):
+                yield "turn", axis, formula
+
+
+def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
+    """The rows of a beam by modes below that of its root, and their bodies and springs by name."""
+    root, modal = own_axes(beam), _of_beam(beam, values)
+    kinds = {kind: np.array([mode.kind == kind for mode in modal.modes]) for kind in beam.bends}
+    both = {f"shorter_{kind}": np.where(np.outer(own, own), modal.shortening, 0.0) for kind, own in kinds.items()}
+    shorter = {label: w for label, w in both.items() if w.any()}
+    tip = Follower(beam.name + END, np.array([modal.length, 0, 0]), modal.tip, modal.turn, root, shorter)
+    modes = modal.modes
+    sigmas = [int(mode.kind != TORSION) for mode in modes]
+    springs = [mode.stiffness for mode in modes], [mode.damping for mode in modes]
+    rows = ModalRows(beam.name, _labels(beam, modal), sigmas, *springs, modal.rigid, [tip])
+    return rows.rows(displacement(root, np.eye(3)))
+
+
+def body_of_beam(beam: Beam, values: Mapping[str, float]) -> FlexibleBody:
+    """The flexible body of the rows of a beam by modes."""
+    modal = _of_beam(beam, values)
+    return modal.body(beam.name + ROOT, _labels(beam, modal))
+
+
+def _of_beam(beam: Beam, values: Mapping[str, float]) -> ModalBeam:
+    """The modes of a beam in its own frame."""
+    directions = {kind: own_axes(beam) @ np.eye(3)["xyz".index(kind)] for kind in beam.transverse}
+    return modal_beam(beam, values, directions)
+
+
+def _labels(beam: Beam, modal: ModalBeam) -> list[str]:
+    """Names of the rows of modes: NAME_y1, NAME_y2, NAME_torsion1."""
+    kinds = [mode.kind for mode in modal.modes]
+    return [f"{beam.name}_{kind}{kinds[: k + 1].count(kind)}" for k, kind in enumerate(kinds)]
+
+
+def _texts(numbers: Iterable[float]) -> list[str]:
+    return [repr(x) for x in without_rounding(np.array([*numbers], dtype=float)).tolist()]
+
+
+def _formula(factors: Array, labels: Sequence[str]) -> str:
+    """A sum of factors times variables."""
+    pairs = zip(without_rounding(factors).tolist(), labels, strict=True)
+    return " + ".join(label if x == 1.0 else f"({x!r})*{label}" for x, label in pairs if x)
+
+
+def _quadratic(w: Array, labels: Sequence[str]) -> str:
+    """e^T w e/2 of a symmetric w, in variables."""
+    pairs = ((k, m) for k in range(len(labels)) for m in range(k + 1))
+    factors = ((k, m, float(w[k, m]) / (2 if m == k else 1)) for k, m in pairs)
+    return " + ".join(f"({x!r})*{labels[k]}*{labels[m]}" for k, m, x in factors if x)

@@ -1,0 +1,70 @@
+"""A flexible body of a machine: its modes, rows of the table, and their integrals over the mass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self, TypeAlias
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+
+Numbers: TypeAlias = tuple[float, ...]
+Rows: TypeAlias = tuple[Numbers, ...]
+
+
+ROUNDING = 1e-12
+"""Of the largest integral of a kind: smaller ones are rounding."""
+
+
+@dataclass(frozen=True)
+class FlexibleBody:
+    """The body of a row that bends by m modes about the origin of its frame, at which they and their turns vanish.
+
+    `modes` are names of elastic rows on it, whose variables are the deflections e, m. Mass, first moments and inertia
+    of the undeformed body are cells of the row. The others are integrals over the mass, of modes phi_k and their
+    foreshortening s_kl: Ct0 (m, 3) of phi_k, Ct1 (m, m, 3) of s_kl, T0 (m, 3, 3) of x phi_k^T,
+    T1 (m, m, 3, 3) of phi_l phi_k^T + x s_kl^T, Mee (m, m) of phi_k . phi_l. Units kg, kg m.
+    """
+
+    joint: str
+    modes: tuple[str, ...]
+    Ct0: Rows
+    Ct1: tuple[Rows, ...]
+    T0: tuple[Rows, ...]
+    T1: tuple[tuple[Rows, ...], ...]
+    Mee: Rows
+
+    @classmethod
+    def of(cls, joint: str, modes: Sequence[str], integrals: Mapping[str, Array]) -> Self:
+        """The body of a row by its integrals; entries that are rounding only become zero."""
+        exact = {
+            key: np.where(np.abs(x) > ROUNDING * np.abs(x).max(initial=0.0), x, 0.0) for key, x in integrals.items()
+        }
+        return cls(joint, tuple(modes), **{key: _tuples(x) for key, x in exact.items()})
+
+
+def integrals_of(mass: Array, x: Array, phi: Array, s: Array) -> dict[str, Array]:
+    """Return the integrals of a body of n points by its mass (n,), x (n, 3), phi (m, n, 3) and s (m, m, n, 3).
+
+    Mass may be a matrix (n, n), the scalar one of solid elements, which interpolate displacements as coordinates.
+    """
+    m = np.diag(mass) if mass.ndim == 1 else mass
+    weighted, moved = m @ x, np.einsum("ij,kja->kia", m, phi)
+    return {
+        "Ct0": moved.sum(axis=1),
+        "Ct1": np.einsum("i,klia->kla", m.sum(axis=0), s),
+        "T0": np.einsum("ia,kib->kab", x, moved),
+        "T1": np.einsum("lia,kib->klab", phi, moved) + np.einsum("ia,klib->klab", weighted, s),
+        "Mee": np.einsum("kia,lia->kl", phi, moved),
+    }
+
+
+def without_rounding(x: Array) -> Array:
+    """Return an array whose entries are zero where they are rounding only."""
+    return np.where(np.abs(x) > ROUNDING * np.abs(x).max(initial=0.0), x, 0.0)
+
+
+def _tuples(x: Any) -> Any:
+    return tuple(map(_tuples, x)) if np.ndim(x) else float(x)

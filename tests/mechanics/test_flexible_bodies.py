@@ -1,0 +1,208 @@
+"""Flexible bodies by modes: against mass points, energy, differential equations and published figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import symoro_elastic as se
+from symoro_elastic.formats.toml.reading import read
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.scene import Scene
+from tests.references.mass_points import two_machines
+
+MODELS = ("direct_dynamics", "inverse_dynamics", "energy")
+OTHERS = (
+    *("inertia_matrix", "bias_forces", "gravity_forces", "direct_dynamics_by_inertia_matrix", "coriolis_forces"),
+    *("linearization", "inverse_dynamics_derivatives", "direct_dynamics_derivatives"),
+)
+SAME = 1e-14
+"""Of the largest entry: some ten roundings of it."""
+BEAM = """
+name = "turning"
+gravity = [0, 0, 0]
+joints = [{ name = "hub", antecedent = 0, kind = "motor", sigma = 0, axis = "z", at = [0, 0, 0] }]
+[beams]
+hub = { along = "x", length = LENGTH, EI = EI0, mass_per_length = MASS, bends = ["KIND"], MORE }
+"""
+
+
+def beam(more: str, kind: str = "z", length: str = "1.0", EI: str = "1.0", mass: str = "1.0") -> DescribedMachine:
+    cells = {"LENGTH": length, "EI0": EI, "MASS": mass, "KIND": kind, "MORE": more}
+    text = BEAM
+    for key, value in cells.items():
+        text = text.replace(key, value)
+    return read(text, "beam.toml")
+
+
+def model(machine: DescribedMachine, name: str, *arguments: Array) -> tuple[Array, ...]:
+    results = getattr(se.load(machine, name, fold=["all"]), name)(*arguments)
+    return results if isinstance(results, tuple) else (results,)
+
+
+def differences(
+    first: DescribedMachine, second: DescribedMachine, names: tuple[str, ...], seed: int
+) -> dict[str, float]:
+    """The largest difference of the results of models at a drawn state, of the largest entry."""
+    rng = np.random.default_rng(seed)
+    n, m = len(first.independent), len(first.motors)
+    drawn = {"q": 0.3 * rng.normal(size=n), "qd": rng.normal(size=n), "qdd": rng.normal(size=n)}
+    drawn |= {"tau": rng.normal(size=m), "qdd_motor": rng.normal(size=m)}
+    apart = {}
+    for name in names:
+        function = se.load(second, name, fold=["all"]).package.functions[0]
+        arguments = [drawn[argument.name] for argument in function.arguments]
+        results = zip(model(first, name, *arguments), model(second, name, *arguments), strict=True)
+        apart[name] = max(float(np.abs(a - b).max() / np.abs(a).max()) for a, b in results if a.shape == b.shape)
+    return apart
+
+
+@pytest.mark.parametrize(("seed", "modes", "slides"), [(0, 1, False), (1, 2, True)])
+def test_modes_are_mass_points(seed: int, modes: int, slides: bool) -> None:
+    points, modal = two_machines(seed, modes, slides)
+    assert max(differences(points, modal, MODELS, seed).values()) < SAME
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(20))
+def test_modes_are_mass_points_in_all_models(seed: int) -> None:
+    points, modal = two_machines(100 + seed, 1 + seed % 3, bool(seed % 2))
+    assert max(differences(points, modal, (*MODELS, *OTHERS), seed).values()) < SAME
+
+
+def test_derivatives_and_linear_models_are_those_of_mass_points() -> None:
+    points, modal = two_machines(3, 2, False)
+    assert max(differences(points, modal, OTHERS[-3:], 3).values()) < SAME
+
+
+def test_a_mode_that_is_held_is_a_shape() -> None:
+    held = Scene(locked={"e1": Formula.parse("0.2")})
+    points, modal = (restrict(machine, held) for machine in two_machines(4, 2, True))
+    assert max(differences(points, modal, MODELS[:1], 4).values()) < SAME
+
+
+def test_vibrations_are_those_of_mass_points() -> None:
+    points, modal = (se.modes(machine, hold=["all"]) for machine in two_machines(5, 2, False))
+    assert modal.frequencies == pytest.approx(points.frequencies, rel=1e-10)
+    rows = [[row for row in result.parts() if not isinstance(row, str)][-1].rows for result in (points, modal)]
+    assert [row[3] for row in rows[0]] == [row[3] for row in rows[1]], "strain energies"
+
+
+CLAMPED = (3.5160152685, 22.0344915, 61.6972144)
+"""Roots of cosh(sqrt(x)) cos(sqrt(x)) = -1."""
+LEAST_EXACT = {2: (4.8e-3, 0.58), 3: (5e-4, 1e-2, 0.92), 4: (2e-6, 6e-3, 4e-2), 6: (1e-9, 2e-5, 5e-4)}
+"""Largest relative errors of a Rayleigh quotient in the span of so many shapes."""
+
+
+@pytest.mark.parametrize("modes", LEAST_EXACT)
+def test_a_clamped_beam(modes: int) -> None:
+    machine = beam(f"modes = {modes}")
+    M, _, K = model(machine, "linearization", *np.zeros((3, modes + 1)))
+    w = np.sqrt(np.linalg.eigvals(np.linalg.solve(M[1:, 1:], K[1:, 1:])).real)
+    bounds = LEAST_EXACT[modes]
+    for computed, exact, bound in zip(sorted(w), CLAMPED, bounds, strict=False):
+        assert -1e-9 < computed / exact - 1 < bound, "from above, as Rayleigh's quotient"
+    assert np.sum(1 / np.diag(K)[1:]) == pytest.approx(1 / 3, rel=1e-12), "tip compliance L^3/(3 EI)"
+
+
+TURNING = {2.0: (4.1373, 22.6149, 62.2732), 6.0: (7.3604, 26.8091, 66.6839)}
+"""Frequencies of flapping over sqrt(EI/(mass_per_length L^4)) at a speed of this unit (Wright et al. 1982)."""
+
+
+@pytest.mark.parametrize("speed", TURNING)
+def test_a_turning_beam_is_stiffer(speed: float) -> None:
+    machine = beam("modes = 6, stiffening = true")
+    qd = np.array([speed, 0, 0, 0, 0, 0, 0])
+    M, _, K = model(machine, "linearization", np.zeros(7), qd, np.zeros(7))
+    w = np.sqrt(np.linalg.eigvals(np.linalg.solve(M[1:, 1:], K[1:, 1:])).real)
+    assert sorted(w)[:3] == pytest.approx(TURNING[speed], rel=4e-4)
+
+
+def test_spin_up_of_a_beam() -> None:
+    """Kane, Ryan and Banerjee 1987; Simo and Vu-Quoc 1987: 6 rad/s in 15 s, the tip lags by up to 0.572 m at 6.75 s."""
+    machine = beam("modes = 2, stiffening = true", "y", "10.0", "1.4e4", "1.2")
+    inverse = se.load(machine, "inverse_dynamics", fold=["all"]).inverse_dynamics
+
+    def rate(t: float, x: Array) -> Array:
+        turns, s, c = 2 * np.pi / 15, np.sin(2 * np.pi * t / 15), np.cos(2 * np.pi * t / 15)
+        hub = 0.4 * np.array([t**2 / 2 + (c - 1) / turns**2, t - s / turns, 1 - c])
+        qdd = inverse(np.r_[hub[0], x[:2]], np.r_[hub[1], x[2:]], hub[2:])[1]
+        return np.concatenate([x[2:], qdd[1:]])
+
+    times = np.linspace(0, 8, 401)
+    lag = solve_ivp(rate, (0, 8), np.zeros(4), method="LSODA", rtol=1e-7, t_eval=times).y[:2].sum(axis=0)
+    assert lag.min() == pytest.approx(-0.572, rel=5e-3) and times[lag.argmin()] == pytest.approx(6.75, abs=0.05)
+
+
+TWO_LINKS = """
+name = "two_links"
+gravity = [0.5, -9.81, 0.3]
+joints = [
+  { name = "shoulder", antecedent = 0, kind = "motor", sigma = 0, axis = "z", at = [0, 0, 0] },
+  { name = "elbow", antecedent = "shoulder", kind = "motor", sigma = 0, axis = "y", at = [1, 0, 0] },
+]
+[beams]
+shoulder = { along = "x", length = 1, section = { bar = [0.02, 0.06] }, E = 7e10, density = 2700, modes = 2, MORE }
+elbow = { along = "-z", length = 0.8, section = { tube = [0.05, 0.04] }, E = 7e10, density = 2700, modes = 1, MORE }
+"""
+
+
+SOFT = "7e5"
+"""Pa: vibrations are so slow that differences of the energy are exact."""
+
+
+@pytest.mark.parametrize("more", ["stiffening = true", "bends = ['y', 'torsion']"])
+def test_power_changes_the_energy(more: str) -> None:
+    machine = read(TWO_LINKS.replace("MORE", more).replace("7e10", SOFT), "two_links.toml")
+    rng = np.random.default_rng(0)
+    n, h = len(machine.independent), 1e-5
+    q, qd, tau = 0.05 * rng.normal(size=n), rng.normal(size=n), rng.normal(size=2)
+    (qdd,) = model(machine, "direct_dynamics", q, qd, tau)
+    energy = [model(machine, "energy", q + s * h * qd + h * h / 2 * qdd, qd + s * h * qdd)[0].sum() for s in (1, -1)]
+    power = float(tau @ qd[list(machine.motor_entries)])
+    assert (energy[0] - energy[1]) / (2 * h) == pytest.approx(power, abs=1e-6 * abs(energy[0]))
+
+
+def test_a_stiff_beam_has_the_inertia_of_a_rigid_one() -> None:
+    machine = read(TWO_LINKS.replace(", MORE", ""), "two_links.toml")
+    n = len(machine.independent)
+    held = Scene(locked={joint.name: Formula.parse("0") for joint in machine.joints if joint.kind == "elastic"})
+    motors = list(machine.motor_entries)
+    (A,), (rigid,) = (model(x, "inertia_matrix", np.zeros(k)) for x, k in ((machine, n), (restrict(machine, held), 2)))
+    assert A[np.ix_(motors, motors)] == pytest.approx(rigid, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("more", "what"),
+    [
+        ("modes = 2, joints = 4", "beam hub, joints: belongs to a beam by joints: leave it out, or modes"),
+        ("modes = 7", "beam hub, modes: 7 is not from 1 to 6"),
+        ("modes = 0", "beam hub, modes: 0 is not from 1 to 6"),
+        ("stiffening = true", "beam hub, stiffening: belongs to a beam by modes: joints follow large deflections by"),
+    ],
+)
+def test_refused(more: str, what: str) -> None:
+    with pytest.raises(InputError) as error:
+        beam(more)
+    assert f"beam.toml: {what}" in str(error.value)
+
+
+def test_names_are_refused() -> None:
+    with pytest.raises(
+        InputError, match="modes are numbers of the file, and 'L' is a name: write its value, or joints"
+    ):
+        read("parameters = { L = 2.0 }\n" + BEAM.replace("LENGTH", '"L"').replace("EI0", "1").replace("MASS", "1")
+             .replace("KIND", "y").replace("MORE", "modes = 2"), "beam.toml")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["regressor", "energy_regressor", "base_parameters"])
+def test_inertial_parameters_of_flexible_bodies_are_refused(name: str) -> None:
+    with pytest.raises(InputError, match=r"flexible body hub_root: .* does not know the integrals of its modes"):
+        se.load(replace(beam("modes = 2")), name)
