@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
+from symoro_elastic.machine.formula import FUNCTIONS, SMALLEST, Formula, FormulaError
 
 ROUNDING = 64 * 2.0**-52
 """Part of the larger of two rounded numbers below which their sum is zero."""
@@ -57,8 +57,12 @@ class Polynomial:
 
     @property
     def text(self) -> str:
-        """Its text, positive terms first, each in the order of names: equal polynomials have one text."""
-        ordered = sorted(self.terms.items(), key=lambda term: (term[1] < 0, term[0]))
+        """Its text, positive terms first, each in the order of names: equal polynomials have one text.
+
+        Products of tiny numbers that no cell may hold are zero.
+        """
+        written = (term for term in self.terms.items() if abs(term[1]) >= SMALLEST)
+        ordered = sorted(written, key=lambda term: (term[1] < 0, term[0]))
         signed_terms = " ".join(("- " if x < 0 else "+ ") + _term(abs(x), factors) for factors, x in ordered)
         return signed_terms.removeprefix("+ ").replace("- ", "-", signed_terms.startswith("- ")) or "0"
 

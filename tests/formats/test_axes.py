@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from symoro_elastic.formats.polynomials import Polynomial
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.linear.grouping import base_parameters
@@ -103,6 +105,12 @@ def test_a_robot_by_axes_is_the_robot() -> None:
 def test_random_robots_by_axes_are_the_robots(text: str) -> None:
     """Odd and quarter turns, parallel, nearly parallel and coaxial axes, slides, branches."""
     assert worst_error(text) < 1e-12
+
+
+def test_a_product_of_tiny_numbers_is_zero() -> None:
+    """A frame 1e-89 m along an axis that leans by 1e-15 rad."""
+    x = Polynomial.of(Formula.parse("1e-89")) * Polynomial.of(Formula.parse("1e-15"))
+    assert x.formula.is_zero and (Polynomial.number(1e-104) + Polynomial.number(0.5)).formula.text == "0.5"
 
 
 LENGTH = st.sampled_from(["0", "0.3", "A", "-B", "A + B", "A/2 - 0.1", "2*B", "-A", "A - B"])
