@@ -170,6 +170,44 @@ def test_power_changes_the_energy(more: str) -> None:
     assert (energy[0] - energy[1]) / (2 * h) == pytest.approx(power, abs=1e-6 * abs(energy[0]))
 
 
+BRIDGE = """
+name = "bridge"
+gravity = [0.4, 0.3, -9.81]
+joints = [
+  { name = "column", antecedent = 0, kind = "motor", sigma = 0, axis = "z", at = [0, 0, 1] },
+  { name = "cart", kind = "motor", sigma = 1, along = "column", from = 0.25 },
+  { name = "ram", kind = "motor", sigma = 1, axis = "z", at = [0.3, 0.1, 1] },
+]
+[beams]
+column = { along = "x", length = 1.5, section = { bar = [0.02, 0.01] }, E = E0, density = 7850, modes = 2 }
+[bodies]
+cart = { mass = 3, center_of_mass = [0, 0.05, 0.02] }
+ram = { mass = 2, center_of_mass = [0, 0, -0.2], inertia = [0.05, 0.05, 0.01] }
+"""
+
+
+def test_a_slide_moves_along_a_beam() -> None:
+    """The energy changes by the power while the place changes; a mass at the tip moves by each mode as the tip does."""
+    machine = read(BRIDGE.replace("E0", '"1 MPa"'), "bridge.toml")
+    rng, n, h = np.random.default_rng(2), len(machine.independent), 1e-5
+    q, qd, tau = 0.05 * rng.normal(size=n), rng.normal(size=n), rng.normal(size=3)
+    (qdd,) = model(machine, "direct_dynamics", q, qd, tau)
+    energy = [model(machine, "energy", q + s * h * qd + h * h / 2 * qdd, qd + s * h * qdd)[0].sum() for s in (1, -1)]
+    power = float(tau @ qd[list(machine.motor_entries)])
+    assert (energy[0] - energy[1]) / (2 * h) == pytest.approx(power, abs=1e-6 * abs(energy[0]))
+
+    names = [joint.name for joint in machine.independent_joints]
+    modes = [names.index(f"column_y{k}") for k in (1, 2)]
+    for place, moved in ((1.25, 1.0), (-0.25, 0.0)):
+        at = np.where(np.array(names) == "cart", place, 0.0)
+        text = BRIDGE.replace("E0", "1e6").replace(", center_of_mass = [0, 0.05, 0.02]", "")
+        light, heavy = (
+            model(read(text.replace("mass = 3", mass), "bridge.toml"), "inertia_matrix", at)[0]
+            for mass in ("mass = 3", "mass = 8")
+        )
+        assert (heavy - light)[np.ix_(modes, modes)] == pytest.approx(np.full((2, 2), 5 * moved), abs=1e-9)
+
+
 def test_a_stiff_beam_has_the_inertia_of_a_rigid_one() -> None:
     machine = read(TWO_LINKS.replace(", MORE", ""), "two_links.toml")
     n = len(machine.independent)
@@ -206,3 +244,20 @@ def test_names_are_refused() -> None:
 def test_inertial_parameters_of_flexible_bodies_are_refused(name: str) -> None:
     with pytest.raises(InputError, match=r"flexible body hub_root: .* does not know the integrals of its modes"):
         se.load(replace(beam("modes = 2")), name)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("modes = 2", "joints = 2", "along: 'column' is no beam by modes: write modes = 3 in its entry of [beams]"),
+        ("modes = 2", "modes = 2, stiffening = true", "along: 'column' has stiffening, which is not offered"),
+        ("modes = 2", "modes = 5", "along: 'column' has more than 4 modes, which is not offered"),
+        ('along = "column"', 'along = "colum"', "along: 'colum' is no beam by modes; did you mean 'column'?"),
+        ("from = 0.25", "at = [0, 0, 1]", "at: follows from the beam column: leave it out; from is the distance"),
+        ('"cart", kind = "motor", sigma = 1', '"cart", kind = "motor", sigma = 0', "sigma: a row along a beam slides"),
+    ],
+)
+def test_slides_that_are_refused(old: str, new: str, what: str) -> None:
+    with pytest.raises(InputError) as error:
+        read(BRIDGE.replace("E0", "1e6").replace(old, new, 1), "bridge.toml")
+    assert f"bridge.toml: joint 2 (cart), {what}" in str(error.value)

@@ -60,16 +60,8 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in (
-        "all_keys",
-        "floating_arm",
-        "linkage",
-        "backlash",
-        "cantilever",
-        "carriage",
-        "spindle",
-        "flexible_arm",
-    ):
+    examples = ("all_keys", "floating_arm", "linkage", "backlash", "cantilever", "carriage", "spindle")
+    for name in (*examples, "flexible_arm", "flexible_gantry"):
         top = used(f"{name}.toml")
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])

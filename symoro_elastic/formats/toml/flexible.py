@@ -16,7 +16,7 @@ from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.flexible_bodies import bodies_of_files, body_of_file, rows_of_body, written_bodies
-from symoro_elastic.formats.toml.modal_rows import Rows, body_of_beam, rows_of_beam
+from symoro_elastic.formats.toml.modal_rows import CARRIAGE, Rows, body_of_beam, rows_along, rows_of_beam
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -42,6 +42,8 @@ OF_CELL = ("stiffness", "damping", "neutral")
 """Keys of a spring with an entry for each direction."""
 NOT_ON_CELL = ("motors", "friction", "drives", "limits")
 """Tables without a meaning for six variables at once."""
+MOST_ALONG = 4
+"""Modes of a beam that carries a slide: formulas of more are too long to be read."""
 NEAR = 1e-6
 """Part of a beam's length within which a point is at its end, or on its axis."""
 
@@ -108,10 +110,11 @@ def with_rows_of_parts(
         if body.joint in top.table("bodies").entries:
             raise top.fail("bodies", f"{body.joint} has the inertia of a body by modes: leave it out")
     flexible += written_bodies(top)
-    if not by_row and not any(_is_cell(row) for row in top.tables("joints")):
+    if not by_row and not any(_is_cell(row) or "along" in row.entries for row in top.tables("joints")):
         return top, tuple(flexible)
+    by_name = {beam.name: beam for beam in beams}
     parts = [
-        _with_rows(_part(top, row), by_row.get(name), name in bodies)
+        _with_rows(_part(top, row, by_name, values), by_row.get(name), name in bodies)
         for row in _rows_of_file(top)
         for name in (row.text("name"),)
     ]
@@ -152,8 +155,34 @@ def _is_cell(row: Table) -> bool:
     return row.entries.get("sigma") == SIX
 
 
-def _part(top: Table, row: Table) -> Part:
+def _part(top: Table, row: Table, beams: Mapping[str, Beam], values: Mapping[str, float]) -> Part:
+    if "along" in row.entries:
+        return _slide(top, row, beams, values)
     return _cell(top, row) if _is_cell(row) else Part(row.text("name"), (row.entries,))
+
+
+def _slide(top: Table, row: Table, beams: Mapping[str, Beam], values: Mapping[str, float]) -> Part:
+    """A prismatic row that slides along a beam by modes, whose body follows its deflection and slope there."""
+    name, on = row.text("name"), row.text("along")
+    if on not in beams or not beams[on].modes:
+        what = f"{quote(on)} is no beam by modes{did_you_mean(on, [x.name for x in beams.values() if x.modes])}"
+        raise row.fail("along", f"{what}: write modes = 3 in its entry of [{HEADING}]")
+    if row.entries.get("sigma") != 1 or row.entries.get("kind") not in (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE):
+        raise row.fail("sigma", "a row along a beam slides by its own variable: write sigma = 1, and kind motor")
+    if beams[on].stiffening or beams[on].modes > MOST_ALONG:
+        what = "stiffening" if beams[on].stiffening else f"more than {MOST_ALONG} modes"
+        raise row.fail("along", f"{quote(on)} has {what}, which is not offered with a slide along it: leave it out")
+    for key in (*GEOMETRY, "axis", "antecedent"):
+        if key in row.entries:
+            raise row.fail(key, f"follows from the beam {on}: leave it out; from is the distance from its root")
+    variable = row.text("variable", name)
+    start = replace(row, units="m").formula("from")
+    place = variable if start.is_zero else f"{start} + {variable}"
+    own = {key: row.entries[key] for key in ("kind", "sigma")} | {"variable": variable}
+    rows = rows_along(beams[on], values, name, own, place)
+    body = top.table("bodies").entries.get(name)
+    moved = {"bodies": {name: {}, name + CARRIAGE: body}} if isinstance(body, dict) else {}
+    return Part(name, tuple(rows), moved)
 
 
 def _rows(parts: Iterable[Part]) -> list[Entries]:

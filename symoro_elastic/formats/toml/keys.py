@@ -197,6 +197,17 @@ IN = Key(
     otherwise="frame 0",
 )
 BY_AXIS = (AXIS, AT, IN)
+ALONG = Key(
+    *("along", keys.NAMED, "beam by modes along which a prismatic row slides, in place of where the row is"),
+    '"rail"',
+    otherwise="the row is where its cells say",
+)
+FROM = Key(
+    *("from", keys.FORMULA, "distance of a row that slides along a beam from its root, where its variable is zero"),
+    '"0.2 m"',
+    otherwise="0",
+    unit="m",
+)
 
 
 def _where(kinds: Iterable[Kind], rules: keys.Schema) -> keys.Schema:
@@ -226,7 +237,7 @@ JOINTS = Section(
     "joints",
     "A row for each joint, from the base outwards: "
     "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r), or axis and at.",
-    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *BY_AXIS, *keys_of(declared_columns(Joint, "joints"))),
+    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *BY_AXIS, ALONG, FROM, *keys_of(declared_columns(Joint, "joints"))),
     "joint",
     rows=True,
     least=0,

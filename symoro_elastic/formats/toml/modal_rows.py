@@ -10,8 +10,8 @@ import numpy as np
 
 from symoro_elastic.formats.toml.beams import END, displacement, own_axes
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_modes import ModalBeam, modal_beam
-from symoro_elastic.machine.beams import TORSION, Beam
+from symoro_elastic.machine.beam_modes import ALONG, ModalBeam, Mode, modal_beam
+from symoro_elastic.machine.beams import AXIAL, TORSION, Beam
 from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
 from symoro_elastic.machine.joints import SELECTED
 
@@ -20,6 +20,8 @@ Rows = tuple[list[Entries], dict[str, dict[str, Entries]]]
 """Rows, and entries of tables by joint."""
 ROOT = "_root"
 """End of the name of the row that has a body by modes."""
+CARRIAGE = "_body"
+"""End of the name of the row that has the body of a slide along a beam."""
 TO_AXIS = (np.eye(3)[:, [1, 2, 0]], np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.eye(3))
 """Frames with z along x, y, z."""
 UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -114,6 +116,49 @@ def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
     springs = [mode.stiffness for mode in modes], [mode.damping for mode in modes]
     rows = ModalRows(beam.name, _labels(beam, modal), sigmas, *springs, modal.rigid, [tip])
     return rows.rows(displacement(root, np.eye(3)))
+
+
+def rows_along(beam: Beam, values: Mapping[str, float], name: str, own: Entries, place: str) -> list[Entries]:
+    """The rows of a slide along a beam by modes: its own, coupled rows of deflection and slope there, and a frame.
+
+    `place` is the formula of its distance from the root, `own` are the other cells of its row.
+    """
+    modal, axes = _of_beam(beam, values), TO_AXIS[0]
+    labels = _labels(beam, modal)
+    rows = [{"name": name, "antecedent": beam.name + ROOT, **own, **displacement(np.eye(3), axes, ""), "r": place}]
+    for what, axis in (("shift", 0), ("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0)):
+        terms = [
+            f"{label}*({_at_place(polynomial, place)})"
+            for label, mode in zip(labels, modal.modes, strict=True)
+            if (polynomial := _moved(mode, what, axis, modal.length))
+        ]
+        if terms:
+            sigma = int(what == "shift")
+            cells = displacement(axes, TO_AXIS[axis])
+            selected = SELECTED[sigma]
+            cells[selected] = " + ".join([*terms, *([cells[selected]] if selected in cells else [])])
+            rows.append({"name": f"{name}_{what}_{'xyz'[axis]}", "kind": "coupled", "sigma": sigma, **cells})
+            axes = TO_AXIS[axis]
+    return [*rows, {"name": name + CARRIAGE, "kind": "fixed", **displacement(axes, own_axes(beam))}]
+
+
+def _moved(mode: Mode, what: str, axis: int, length: float) -> list[float]:
+    """Coefficients, by powers of x in m, of a displacement or turn along an axis; empty where it is none."""
+    is_bar = mode.kind in (TORSION, AXIAL)
+    direction = ALONG if is_bar else mode.direction if what == "shift" else np.cross(ALONG, mode.direction)
+    moves = (what == "shift") == (mode.kind != TORSION) if is_bar else True
+    if not moves or not direction[axis]:
+        return []
+    shape = mode.shape if is_bar or what == "shift" else mode.shape.deriv() / length
+    return [float(direction[axis] * c / length**k) for k, c in enumerate(shape.coef)]
+
+
+def _at_place(coefficients: Sequence[float], place: str) -> str:
+    """A polynomial at a place, after Horner."""
+    text = repr(coefficients[-1])
+    for c in reversed(coefficients[:-1]):
+        text = f"({place})*({text})" if c == 0.0 else f"{c!r} + ({place})*({text})"
+    return text
 
 
 def body_of_beam(beam: Beam, values: Mapping[str, float]) -> FlexibleBody:
