@@ -9,8 +9,8 @@ damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. A
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -25,6 +25,8 @@ from symoro_elastic.foundation.output_files import write_file
 SAME = 1e-9
 """Of the largest entry: how far matrices may be from symmetric, and eigenvalues below zero."""
 MOST_BYTES = 50_000_000
+LOST = 0.1
+"""Of a compliance: what is worth a remark where modes are left out."""
 OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
 ENDS = ("_r", "_phi", "_psi")
 
@@ -49,6 +51,7 @@ class ModalBody:
     Ct1: Array | None = None
     T1s: Array | None = None
     about: str = ""
+    doubts: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -92,13 +95,23 @@ class ModalBody:
         return np.asarray(moved.T @ (moved / self.stiffness[:, None]))
 
     def keep(self, chosen: Array) -> ModalBody:
-        """The body with some of its modes, a mask (m,)."""
+        """The body with some of its modes, a mask (m,); doubts say which compliances of interfaces lose much."""
         at = np.flatnonzero(chosen)
         rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
         interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
         Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
-        return ModalBody(self.G[np.ix_(rows, rows)], *numbers)
+        kept = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
+        return replace(kept, doubts=tuple(x for name in self.interfaces for x in self._lost(kept, name)))
+
+    def _lost(self, kept: ModalBody, name: str) -> Iterator[str]:
+        """A sentence on the directions of an interface in which modes that are left out yield."""
+        before, after = (np.diag(body.compliance(name)) for body in (self, kept))
+        directions = ("along x", "along y", "along z", "about x", "about y", "about z")
+        shares = {key: 1 - x / y for key, x, y in zip(directions, after, before, strict=True) if x < (1 - LOST) * y}
+        if shares:
+            listed = ", ".join(f"{share:.0%} {key}" for key, share in shares.items())
+            yield f"keep leaves out compliance of {name}: {listed}"
 
 
 def save(body: ModalBody, file: str | Path) -> None:

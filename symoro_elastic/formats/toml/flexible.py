@@ -94,10 +94,10 @@ def _rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
 
 def with_rows_of_parts(
     top: Table, beams: Iterable[Beam], values: Mapping[str, float]
-) -> tuple[Table, tuple[FlexibleBody, ...]]:
+) -> tuple[Table, tuple[FlexibleBody, ...], list[str]]:
     """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
 
-    With it come the bodies that bend by modes. Raises `InputError`.
+    With it come the bodies that bend by modes, and remarks. Raises `InputError`.
     """
     bodies = bodies_of_files(top)
     by_row = {beam.name: _rows_of_beam(beam, values) for beam in beams}
@@ -106,12 +106,14 @@ def with_rows_of_parts(
     by_row |= {name: rows_of_body(name, body) for name, body in bodies.items()}
     flexible = [body_of_beam(beam, values) for beam in beams if beam.modes]
     flexible += [body_of_file(name, body) for name, body in bodies.items()]
-    for body in flexible:
-        if body.joint in top.table("bodies").entries:
-            raise top.fail("bodies", f"{body.joint} has the inertia of a body by modes: leave it out")
+    for bent in flexible:
+        if bent.joint in top.table("bodies").entries:
+            raise top.fail("bodies", f"{bent.joint} has the inertia of a body by modes: leave it out")
     flexible += written_bodies(top)
+    remarks = [f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts]
+    remarks += [f"flexible {name}: {doubt}" for name, body in bodies.items() for doubt in body.doubts]
     if not by_row and not any(_is_cell(row) or "along" in row.entries for row in top.tables("joints")):
-        return top, tuple(flexible)
+        return top, tuple(flexible), remarks
     by_name = {beam.name: beam for beam in beams}
     parts = [
         _with_rows(_part(top, row, by_name, values), by_row.get(name), name in bodies)
@@ -121,7 +123,7 @@ def with_rows_of_parts(
     ends = {part.name: part.end for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
-    return replace(top, entries={**top.entries, **new}), tuple(flexible)
+    return replace(top, entries={**top.entries, **new}), tuple(flexible), remarks
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:

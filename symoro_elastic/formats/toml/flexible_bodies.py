@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,7 @@ def _chosen(entry: Table, body: ModalBody) -> ModalBody:
         body = body.keep(kept)
     if DAMPING.name in entry.entries:
         damping = 2 * DAMPING.read(entry) * np.sqrt(body.stiffness * np.diag(body.masses))
-        body = ModalBody(body.G, body.stiffness, damping, body.interfaces, body.Ct1, body.T1s, body.about)
+        body = replace(body, damping=damping)
     return body
 
 

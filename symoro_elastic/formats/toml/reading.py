@@ -68,7 +68,7 @@ def machine_of(top: Table) -> DescribedMachine:
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     values = _values(parameters)
     beams = beams_of(top, values)
-    top, flexible = with_rows_of_parts(top, beams, values)
+    top, flexible, remarks = with_rows_of_parts(top, beams, values)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
     floating = _floating(top.table("base"))
     extras = keys.EXTRAS.read(top)
@@ -89,7 +89,7 @@ def machine_of(top: Table) -> DescribedMachine:
             of_name="" if keys.FILE_NAME.name in top.entries else NAME_OF_FILE,
             remarks=(
                 *((WEIGHTLESS,) if keys.GRAVITY.name not in top.entries and _has_masses(joints, floating) else ()),
-                *(f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts),
+                *remarks,
             ),
             beams=beams,
             catalogue_springs=catalogue_springs,
