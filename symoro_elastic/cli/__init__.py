@@ -38,6 +38,10 @@ COLLECTED_AFTER = 2_000_000, 50
 What a command makes lives on until its end, mostly: by default a fifth of the time of a large machine goes into this.
 """
 
+SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Libraries of linear algebra that use one thread unless the user says otherwise: matrices here have some ten rows, for
+which threads wait for each other. `control` at many positions takes a quarter of the time."""
+
 
 def main() -> None:
     """Run the command line; an error that the user can fix ends in one line on stderr and exit code 2.
@@ -45,6 +49,8 @@ def main() -> None:
     Where a signal ends the process, temporary files are removed first.
     """
     gc.set_threshold(*COLLECTED_AFTER)
+    for name in SINGLE_THREADED:
+        os.environ.setdefault(name, "1")  # numpy reads them at its import
     with _ended_by_signals():
         code = _run(sys.argv[1:] or ["--help"])
     gc.freeze()  # the process ends: no garbage is looked for any more

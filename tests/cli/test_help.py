@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import pkgutil
 import re
 import subprocess
@@ -132,3 +133,23 @@ def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
     assert ground == {f"symoro_elastic.foundation.{name}" for name in ("errors", "version")}
     commands = {name for name in loaded if name.startswith("symoro_elastic.cli.")}
     assert commands == {f"symoro_elastic.cli.{name}" for name in ("listed", "sectioned_group")}
+
+
+CALLED = """
+import os, sys
+from symoro_elastic import cli
+sys.argv[1:] = ["--version"]
+try:
+    cli.main()
+except SystemExit:
+    print(os.environ["OPENBLAS_NUM_THREADS"])
+"""
+
+
+def test_linear_algebra_has_one_thread_unless_the_user_says_otherwise() -> None:
+    for chosen, used in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
+        environment = {key: x for key, x in os.environ.items() if key != "OPENBLAS_NUM_THREADS"} | chosen
+        done = subprocess.run(
+            [sys.executable, "-c", CALLED], env=environment, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.splitlines()[-1] == used
