@@ -32,9 +32,10 @@ from tests.closed_chains.machines import FILES
 from tests.closed_chains.test_base_parameters import ALIKE
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-FLOATING = ("floating_arm.toml", "all_keys.par")
+UNGROUPED = ("floating_arm.toml", "all_keys.par", "flexible_arm.toml", "flexible_gantry.toml")
+"""Floating bases, and bodies by modes: no base parameters are asked for."""
 PATHS = {f"example {p.name}": p for p in sorted(EXAMPLES.glob("*.*")) if p.suffix in (".toml", ".par")}
-PATHS = {name: path for name, path in PATHS.items() if path.name not in FLOATING}
+PATHS = {name: path for name, path in PATHS.items() if path.name not in UNGROUPED}
 PATHS |= {name: path for name, path in FILES.items() if name not in ALIKE}
 FAST = ("example linkage.toml", "example two_axis.toml", "example sr400.par", "press", "gantry")
 """An example with sums that are zero by value, a tree, a robot with a loop, pairs of ratios, couplings."""
@@ -82,7 +83,6 @@ def rank(W: Array) -> int:
     return int((sizes > SMALL).sum())
 
 
-@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", CASES)
 def test_show_counts_the_rank_and_says_what_is_zero(name: str) -> None:
     found = shown(name)
