@@ -180,4 +180,4 @@ def _symmetric(arrays: Mapping[str, Array], key: str, source: str, size: int | N
         raise InputError(source, key, "is not symmetric")
     if size and np.linalg.eigvalsh(matrix).min() < -SAME * largest:
         raise InputError(source, key, "has a negative eigenvalue: no body has such an energy")
-    return matrix
+    return (matrix + matrix.T) / 2
