@@ -45,7 +45,8 @@ def _fault_of_masses(body: FlexibleBody) -> str:
     Mee = np.array(body.Mee, dtype=float)
     if np.abs(Mee - Mee.T).max(initial=0.0) > SAME * np.abs(Mee).max(initial=0.0):
         return "is not symmetric"
-    if len(Mee) and np.linalg.eigvalsh(Mee).min() <= SAME * np.abs(Mee).max():
+    sizes = np.sqrt(np.maximum(np.diag(Mee), 0.0))
+    if not sizes.all() or (len(Mee) and np.linalg.eigvalsh(Mee / np.outer(sizes, sizes)).min() <= SAME):
         return "is not positive definite: modes without mass, or which are sums of others, have no accelerations"
     return ""
 

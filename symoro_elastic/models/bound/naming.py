@@ -170,8 +170,7 @@ def _name_forward(bound: Bound, recursion: Dynamics, prefix: str = "") -> None:
         _name_vector(bound.names, recursion.w[j], f"w{j}", here)
         _name_products(bound.names, recursion.w[j], f"ww{j}", here)
         _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
-        if link.modes is not None:
-            motion = recursion.flexible[link.modes.numbers[0]]
+        if link.modes is not None and (motion := recursion.flexible.get(link.modes.numbers[0])):
             _name_six(bound.names, motion.bias, f"Fm{j}", here)
             for k, x in motion.f.items():
                 bound.names.give(x, f"fm{k}", here)
