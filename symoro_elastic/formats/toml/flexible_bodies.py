@@ -103,7 +103,9 @@ def _chosen(entry: Table, body: ModalBody) -> ModalBody:
             raise entry.fail(KEEP.name, f"is below all modes: the first has {body.frequencies.min():.4g} Hz")
         body = body.keep(kept)
     if DAMPING.name in entry.entries:
-        damping = 2 * DAMPING.read(entry) * np.sqrt(body.stiffness * np.diag(body.masses))
+        if (ratio := DAMPING.read(entry)) < 0:
+            raise entry.fail(DAMPING.name, f"{ratio:g} must not be negative")
+        damping = 2 * ratio * np.sqrt(body.stiffness * np.diag(body.masses))
         body = ModalBody(body.G, body.stiffness, damping, body.interfaces, body.Ct1, body.T1s, body.about)
     return body
 
