@@ -9,11 +9,12 @@ damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. A
 from __future__ import annotations
 
 import io
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -133,9 +134,12 @@ def load(file: str | Path) -> ModalBody:
     if len(content) > MOST_BYTES:
         raise InputError(source, "file", f"larger than {MOST_BYTES // 10**6} MB: keep fewer modes")
     try:
+        with ZipFile(io.BytesIO(content)) as parts:
+            if sum(part.file_size for part in parts.infolist()) > MOST_BYTES:
+                raise InputError(source, "file", f"arrays of more than {MOST_BYTES // 10**6} MB: keep fewer modes")
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             arrays = {key: stored[key] for key in stored.files}
-    except (ValueError, OSError, BadZipFile, KeyError) as error:
+    except (ValueError, OSError, BadZipFile, KeyError, TypeError, EOFError, MemoryError, zlib.error) as error:
         raise InputError(source, "file", f"not a .npz file of arrays: {str(error)[:120]}") from None
     return _body(arrays, source)
 
@@ -178,7 +182,7 @@ def _shaped(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source:
     if key not in arrays:
         return None
     x = arrays[key]
-    if x.shape != tuple(shape) or not np.issubdtype(x.dtype, np.number) or not np.isfinite(x).all():
+    if x.shape != tuple(shape) or x.dtype.kind not in "fiu" or not np.isfinite(x).all():
         raise InputError(source, key, f"must be numbers of the shape {tuple(shape)}, is {x.dtype} {x.shape}")
     return x.astype(float)
 
@@ -193,4 +197,4 @@ def _symmetric(arrays: Mapping[str, Array], key: str, source: str, size: int | N
         raise InputError(source, key, "is not symmetric")
     if size and np.linalg.eigvalsh(matrix).min() < -SAME * largest:
         raise InputError(source, key, "has a negative eigenvalue: no body has such an energy")
-    return matrix
+    return (matrix + matrix.T) / 2

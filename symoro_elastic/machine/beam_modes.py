@@ -65,7 +65,7 @@ class ModalBeam:
     @property
     def tip(self) -> Array:
         """Displacements (m, 3) of the tip."""
-        return np.array([mode.shift(np.ones(1))[0] for mode in self.modes])
+        return np.array([mode.direction * (mode.kind != TORSION) for mode in self.modes])
 
     @property
     def turn(self) -> Array:

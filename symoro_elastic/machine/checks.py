@@ -12,6 +12,7 @@ from itertools import chain
 
 from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.flexible_faults import flexible_faults
 from symoro_elastic.machine.format_names import TOML, is_robot
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.formula_units import Doubt, UnitsOfNames
@@ -141,6 +142,7 @@ def _faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault]:
     yield from _name_faults(machine, reserved)
     for j, place, joint in rows:
         yield from _at(place, _row_faults(j, joint))
+    yield from flexible_faults(machine)
     for column, vector in columns(machine.base):
         if machine.floating and column.key != "gravity" and any(not x.is_zero for x in vector):
             yield f"base, {column.key}", "it is an argument where the base floats: leave it out"
@@ -195,8 +197,9 @@ def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]
 def _doubts(machine: Machine) -> Iterator[tuple[str, Doubt]]:
     """What is wrong or doubtful about units of formulas, with its place."""
     units = UnitsOfNames(machine)
+    followers = [machine.joint(j) for j in machine.modal_followers]
     for place, joint, cell, formula in _cells(machine):
-        if formula.names:
+        if formula.names and joint not in followers:
             unit = joint.unit_of(cell) if joint else cell.column.dimension.units[0]
             position = joint is not None and cell.column.key == SELECTED.get(joint.sigma)
             yield from ((place, doubt) for doubt in units.doubts(formula, unit, gives_position=position))

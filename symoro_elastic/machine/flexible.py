@@ -52,12 +52,14 @@ def integrals_of(mass: Array, x: Array, phi: Array, s: Array) -> dict[str, Array
     """
     m = np.diag(mass) if mass.ndim == 1 else mass
     weighted, moved = m @ x, np.einsum("ij,kja->kia", m, phi)
+    pairs = np.einsum("lia,kib->klab", phi, moved)
+    pairs = (pairs + pairs.transpose(1, 0, 3, 2)) / 2
     return {
         "Ct0": moved.sum(axis=1),
         "Ct1": np.einsum("i,klia->kla", m.sum(axis=0), s),
         "T0": np.einsum("ia,kib->kab", x, moved),
-        "T1": np.einsum("lia,kib->klab", phi, moved) + np.einsum("ia,klib->klab", weighted, s),
-        "Mee": np.einsum("kia,lia->kl", phi, moved),
+        "T1": pairs + np.einsum("ia,klib->klab", weighted, s),
+        "Mee": pairs.trace(axis1=2, axis2=3),
     }
 
 

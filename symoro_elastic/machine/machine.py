@@ -291,6 +291,16 @@ class Machine(Shown):
         return {numbers[x.joint]: (x, tuple(numbers[name] for name in x.modes)) for x in self.flexible}
 
     @cached_property
+    def modal_followers(self) -> tuple[int, ...]:
+        """Rows from bodies that bend by modes to their interfaces, whose places are those of the modes."""
+        rows: list[int] = []
+        for j, joint in enumerate(self.joints, start=1):
+            begins = joint.antecedent in self.flexible_bodies and joint.kind in (Kind.COUPLED, Kind.FIXED)
+            if begins or (joint.antecedent in rows and joint.kind is Kind.COUPLED):
+                rows.append(j)
+        return tuple(rows)
+
+    @cached_property
     def motors(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints driven by motors, in table order: the entries of tau."""
         return self._numbers_of(Kind.MOTOR)
@@ -340,7 +350,8 @@ class Machine(Shown):
     def refuse_flexible(self, task: str) -> None:
         """Raise `InputError` where a body bends by modes, whose integrals over the mass a task does not know."""
         for body in self.flexible:
-            what = f"{task} does not know the integrals of its modes: give a beam joints in place of modes"
+            what = f"{task} does not know the integrals of its modes: give a beam joints in place of modes, or a body"
+            what += " without [flexible]"
             raise self.error(f"flexible body {body.joint}", what)
 
     @cached_property

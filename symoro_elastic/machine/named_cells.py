@@ -14,7 +14,7 @@ from symoro_elastic.machine.described import AnyMachine, DescribedMachine, drive
 from symoro_elastic.machine.drives import Drive, Drives, gain_unit, why_wrong
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.loops import branches
-from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
+from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quote
 
 GEOMETRY, BODIES = "joints", "bodies"
@@ -35,20 +35,10 @@ def with_named_cells(machine: AnyMachine) -> AnyMachine:
     named: list[Parameter] = []
     around = {j for loop in machine.loops for branch in branches(machine.antecedents, loop) for j in branch}
     numbered = enumerate(machine.joints, start=1)
-    bending, held = machine.flexible_bodies, around | _followers(machine)
+    bending, held = machine.flexible_bodies, {*around, *machine.modal_followers}
     sections = ((j, joint, (GEOMETRY,) * (j in held) + (BODIES,) * (j in bending)) for j, joint in numbered)
     joints = tuple(_with_named_numbers(joint, named, untouched) for _, joint, untouched in sections)
     return replace(machine, joints=joints, parameters=(*machine.parameters, *named))
-
-
-def _followers(machine: Machine) -> set[int]:
-    """Rows from bodies that bend by modes to their interfaces, whose places are those of the modes."""
-    rows: set[int] = set()
-    for j, joint in enumerate(machine.joints, start=1):
-        begins = joint.antecedent in machine.flexible_bodies and joint.kind in (Kind.COUPLED, Kind.FIXED)
-        if begins or (joint.antecedent in rows and joint.kind is Kind.COUPLED):
-            rows.add(j)
-    return rows
 
 
 def with_values(machine: AnyMachine, values: Mapping[str, float]) -> AnyMachine:

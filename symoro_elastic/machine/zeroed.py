@@ -24,8 +24,10 @@ BODIES = "bodies"
 
 
 def numbers_of(machine: Machine) -> dict[str, Formula]:
-    """The numbers of bodies and rotors that are not zero, by name."""
-    named = ((name_of(joint, cell), x) for joint in machine.joints for cell, x in cells(joint) if _is_inertia(cell))
+    """The numbers of rigid bodies and rotors that are not zero, by name."""
+    bending = {body.joint for body in machine.flexible}
+    rigid = [joint for joint in machine.joints if joint.name not in bending]
+    named = ((name_of(joint, cell), x) for joint in rigid for cell, x in cells(joint) if _is_inertia(cell))
     return {name: x for name, x in named if not x.is_zero}
 
 
@@ -51,7 +53,7 @@ def refuse_unknown(machine: Machine, names: Collection[str], source: str) -> Non
     numbers = [*numbers_of(machine), *parts_of_drives(machine)]
     for name in names:
         if name not in numbers:
-            what = f"no body, rotor or drive has a number {quote(name)}{did_you_mean(name, numbers)}"
+            what = f"no rigid body, rotor or drive has a number {quote(name)}{did_you_mean(name, numbers)}"
             raise InputError(source, "scene, zero", what)
 
 

@@ -90,9 +90,7 @@ class Modes:
         Ct, R = self.Ct, self.R
         along = _sum(Ct, ed, ZERO)
         force = cross(w, along + along) + _quadratic(self.Ct1, ed)  # (L52)
-        turned = _matrix_sum(R, ed)
-        trace, back = turned.x.x + turned.y.y + turned.z.z, turned.T * w
-        moment = (trace * w - back) * 2 + _quadratic([[ax(T) for T in row] for row in self.T1], ed)  # (L53)
+        moment = _turned(_matrix_sum(R, ed), w) * 2 + _quadratic([[ax(T) for T in row] for row in self.T1], ed)  # (L53)
         f = {j: self._force(k, w, ed, R[k]) for k, j in enumerate(self.numbers)}
         return ModalMotion(self, self.wrenches(), Wrench(force, moment), f)
 
@@ -154,6 +152,13 @@ class ModalMotion:
         masses, U = self.modes.masses(j), self.U[j]
         inertial = sum_of(masses[k] * x for k, x in edd.items())
         return (dot(U.force, V[0]) + dot(U.moment, V[1])) + inertial + self.f[j]
+
+
+def _turned(T: Matrix, w: Vector) -> Vector:
+    """(tr(T) 1 - T^T) w, without what cancels on the diagonal."""
+    x = (T.y.y + T.z.z) * w.x - (T.y.x * w.y + T.z.x * w.z)
+    y = (T.x.x + T.z.z) * w.y - (T.x.y * w.x + T.z.y * w.z)
+    return Vector(x, y, (T.x.x + T.y.y) * w.z - (T.x.z * w.x + T.y.z * w.y))
 
 
 def ax(T: Matrix) -> Vector:

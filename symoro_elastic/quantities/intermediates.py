@@ -20,6 +20,7 @@ from symoro_elastic.quantities.units import (
     PLACEMENT,
     POSITION,
     VELOCITY,
+    Unit,
     same,
 )
 
@@ -119,6 +120,13 @@ ROWS = (
                  "inertia of body j about its centre of mass (L47)"),
     Intermediate("Jminv", "moment", r"\overline{J^{-1}_{@#}}", "", "", "", (), same("1/(kg m2)"),
                  "inverse of the inertia of body j about its centre of mass (L47)"),
+    Intermediate("Um", "six", "U", r"\mathrm{m}", "@,#", "", (), FORCE / ACCELERATION,
+                 "wrench on its body for a unit of acceleration of mode j (L50)"),
+    Intermediate("Rm", "entry", "R", r"\mathrm{m}", "@,#", "", (), Unit("kg m2", "kg m"),
+                 "second moments of positions and mode j (L50)"),
+    Intermediate("Fm", "six", "F", r"\mathrm{m}", "@,#", "", (), FORCE,
+                 "wrench that the rates of its modes require of body j (L52), (L53)"),
+    Intermediate("fm", "", "f", r"\mathrm{m}", "@", "", (), FORCE, "force of velocities on mode j (L54)"),
     Intermediate("Js", "entry", "J", "*", "@,#", r"{}^{j}\mathbf{J}^{*}_{j}", (32, 56), INERTIA,
                  "articulated inertia of body j and what it carries; at a tip in the frame of K, as w and b there"),
     Intermediate("H", "", "H", "", "@", "", (28, 50), MASS, "inertia that joint j moves"),

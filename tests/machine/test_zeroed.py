@@ -64,5 +64,5 @@ def test_a_scene_is_written_and_read_again() -> None:
 
 @pytest.mark.parametrize("name", ["cart_y.mas", "nothing.mass", "ram.XY", "ram.stiffness"])
 def test_unknown_numbers_are_refused(name: str) -> None:
-    with pytest.raises(InputError, match=r"s\.toml: scene, zero: no body, rotor or drive has a number"):
+    with pytest.raises(InputError, match=r"s\.toml: scene, zero: no rigid body, rotor or drive has a number"):
         scene_in(load(f'zero = ["{name}"]', "s.toml"), two_axis())

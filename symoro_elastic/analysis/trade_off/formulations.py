@@ -97,7 +97,8 @@ def _variants(
         scenes.append(replace(scene, fold=ALL))
     scenes += [replace(x, merge_angles=bound) for x in scenes] if bound else []
     yield from ((machine, other, values) for other in scenes[1:])
-    grouped = None if machine.is_grouped or machine.degrees_of_base else _with_base_parameters(machine, values, notes)
+    ungrouped = machine.is_grouped or machine.degrees_of_base or machine.flexible
+    grouped = None if ungrouped else _with_base_parameters(machine, values, notes)
     if grouped:
         yield from ((grouped[0], other, grouped[1]) for other in scenes)
 

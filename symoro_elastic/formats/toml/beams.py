@@ -216,6 +216,10 @@ def _modes(table: Table) -> tuple[int, bool]:
         raise table.fail(other, "belongs to a beam by joints: leave it out, or modes")
     if MODES.name in table.entries and not 1 <= modes <= MOST_MODES:
         raise table.fail(MODES.name, f"{modes} is not from 1 to {MOST_MODES}")
+    if modes and not BENDS.read(table, ("y",)):
+        raise table.fail(BENDS.name, "names no deflection: name one, or leave modes out")
+    if modes and (mass := LINE_MASS.read(table) if LINE_MASS.name in table.entries else None) and mass.is_zero:
+        raise table.fail(LINE_MASS.name, "is 0, and modes have mass: give one, or joints in place of modes")
     if stiffening and not modes:
         raise table.fail(STIFFENING.name, "belongs to a beam by modes: joints follow large deflections by themselves")
     return modes, stiffening

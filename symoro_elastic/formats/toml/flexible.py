@@ -83,8 +83,9 @@ def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     try:
         beam = beam_of(table, name, values)
         _rows_of_beam(beam, values)
-    except FormulaError as error:
-        raise InputError(table.source, table.place, f"numbers or formulas that are too large: {error}") from None
+    except (FormulaError, ArithmeticError, np.linalg.LinAlgError) as error:
+        what = f"numbers or formulas that are too large or too small: {error}"
+        raise InputError(table.source, table.place, what) from None
     return beam
 
 

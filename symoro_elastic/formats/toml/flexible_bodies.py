@@ -104,8 +104,9 @@ def _chosen(entry: Table, body: ModalBody) -> ModalBody:
             raise entry.fail(KEEP.name, f"is below all modes: the first has {body.frequencies.min():.4g} Hz")
         body = body.keep(kept)
     if DAMPING.name in entry.entries:
-        damping = 2 * DAMPING.read(entry) * np.sqrt(body.stiffness * np.diag(body.masses))
-        body = replace(body, damping=damping)
+        if (ratio := DAMPING.read(entry)) < 0:
+            raise entry.fail(DAMPING.name, f"{ratio:g} must not be negative")
+        body = replace(body, damping=2 * ratio * np.sqrt(body.stiffness * np.diag(body.masses)))
     return body
 
 

@@ -11,6 +11,7 @@ from symoro_elastic.mechanics.clusters import ClusterElimination
 from symoro_elastic.mechanics.dynamics import Dynamics
 from symoro_elastic.mechanics.elastic_cells import CellElimination
 from symoro_elastic.mechanics.factorization import Factorization
+from symoro_elastic.mechanics.flexible_inertia import Modes
 from symoro_elastic.mechanics.kinematics import Frame
 from symoro_elastic.mechanics.lagrange import InertiaMatrix
 from symoro_elastic.mechanics.spatial import (
@@ -34,6 +35,7 @@ FORWARD_1 = "Forward recursion: velocities"
 KNOWN = "Forward recursion: velocities, accelerations, wrenches"
 BACKWARD = "Backward recursion: articulated inertias and wrenches"
 OF_CELLS = "(L43)-(L47)"
+OF_MODES = ", (L50)-(L54)"
 FORWARD_2 = "Forward recursion: accelerations and torques"
 
 
@@ -71,6 +73,8 @@ def name_geometry(bound: Bound, section: Callable[[int], Section]) -> None:
         bound.names.give(link.transform.steps[2].cosine, f"cos{j}_theta", here)
         bound.names.give(link.transform.steps[2].sine, f"sin{j}_theta", here)
         bound.names.give(link.transform.steps[2].shift, f"P{j}_r", here)
+        if link.modes is not None:
+            _name_modes(bound.names, link.modes, here)
         _name_vector(bound.names, link.body.moments, f"MS{j}", here)
         for entry, x in zip(INERTIA_ENTRIES, link.body.inertia, strict=True):
             bound.names.give(x, f"J{j}_{entry}", here)
@@ -152,9 +156,10 @@ def _name_forward(bound: Bound, recursion: Dynamics, prefix: str = "") -> None:
     """Name the forward recursion; `prefix` names accelerations without those of the joints."""
 
     def section(j: int) -> Section:
+        more = "" if bound.mechanism.link(j).modes is None else OF_MODES
         if j in recursion.beta:
-            return Section(FORWARD_1, j, "[1], [3], [7], [14]")
-        return Section(KNOWN, j, "[1], [3], [6], [12]")
+            return Section(FORWARD_1, j, f"[1], [3], [7], [14]{more}")
+        return Section(KNOWN, j, f"[1], [3], [6], [12]{more}")
 
     for j, _ in bound.mechanism.from_base():
         bound.names.reserve(section(j))
@@ -165,6 +170,10 @@ def _name_forward(bound: Bound, recursion: Dynamics, prefix: str = "") -> None:
         _name_vector(bound.names, recursion.w[j], f"w{j}", here)
         _name_products(bound.names, recursion.w[j], f"ww{j}", here)
         _name_differences(bound.names, link.body.inertia, f"dJ{j}", here)
+        if link.modes is not None and (motion := recursion.flexible.get(link.modes.numbers[0])):
+            _name_six(bound.names, motion.bias, f"Fm{j}", here)
+            for k, x in motion.f.items():
+                bound.names.give(x, f"fm{k}", here)
         if j in recursion.beta:
             if j in carrying:
                 _name_six(bound.names, recursion.bias[j], f"Vk{j}", here)
@@ -176,6 +185,15 @@ def _name_forward(bound: Bound, recursion: Dynamics, prefix: str = "") -> None:
             else:
                 _name_acceleration(bound.names, recursion, j, here)
             _name_six(bound.names, recursion.F[j], f"Fb{j}", here)
+
+
+def _name_modes(names: Names, modes: Modes, section: Section) -> None:
+    """Name the wrenches and second moments of the modes of a body by the number of each mode."""
+    for (j, U), R in zip(modes.wrenches().items(), modes.R, strict=True):
+        _name_six(names, U, f"Um{j}", section)
+        for m, row in enumerate(R, start=1):
+            for n, x in enumerate(row, start=1):
+                names.give(x, f"Rm{j}_{m}{n}", section)
 
 
 def _name_products(names: Names, w: Vector, quantity: str, section: Section) -> None:

@@ -241,7 +241,8 @@ class Tree(Cells):
 
     def _modes(self, body: FlexibleBody, numbers: Sequence[int]) -> Modes:
         """The modes of a flexible body; those of rows that do not move have constant deflections."""
-        e = tuple(self.variables.get(j, self.cell(self.machine.joint(j).r)) for j in numbers)
+        rows = {j: self.machine.joint(j) for j in numbers}
+        e = tuple(self.variables.get(j, self.cell(row.r) + self.cell(row.theta)) for j, row in rows.items())
         Ct1, T1 = (
             tuple(tuple(map(_vector, row)) for row in body.Ct1),
             tuple(tuple(map(_matrix, row)) for row in body.T1),

@@ -86,6 +86,8 @@ def base_parameters(machine: Machine) -> BaseParameters:
     """The base inertial parameters of a machine, how they were checked, and their conditioning."""
     if machine.degrees_of_base:
         return BaseParameters({}, {}, [], "not offered on a floating base", None, "")
+    if machine.flexible:
+        return BaseParameters({}, {}, [], "not offered for bodies that bend by modes", None, "")
     grouping, check = checked_grouping(machine)
     formulas = base_formulas(grouping, check)
     parts = {name: text for name, text in formulas.items() if name in grouping.composites}

@@ -264,7 +264,7 @@ def test_what_has_no_linear_model_is_refused_by_name() -> None:
     bent = {"slide": {"viscous": 40, "coulomb": 20, "bristle": 1e6, "bristle_damping": 10}, "turn": {"viscous": 0.3}}
     with pytest.raises(InputError, match="friction, slide: where a motion stops, a bristle yields to one side only"):
         se.ladder(drawn(101, friction=bent))
-    with pytest.raises(InputError, match=r"no body, rotor or drive has a number 'slide\.lags'"):
+    with pytest.raises(InputError, match=r"no rigid body, rotor or drive has a number 'slide\.lags'"):
         se.simulate(machine, scene={"zero": ["slide.lags"]})
 
 
