@@ -40,7 +40,8 @@ Entries = dict[str, Any]
 HEADING = "beams"
 END = "_end"
 """End of the name of the row that carries what the beam carries."""
-AUTO = "auto"
+AUTO, USUAL = "auto", 4
+"""Joints that are chosen when the file is read, and those of any beam until then."""
 STIFF = (1e7, 2e12)
 """Moduli of elasticity, Pa, from soft rubber to diamond."""
 DENSE = (20, 23000)
@@ -65,10 +66,7 @@ def _one_or_two(table: Table, key: str) -> tuple[Formula, ...]:
 
 
 def _joints(table: Table, key: str) -> int:
-    if table.entries[key] == AUTO:
-        what = "is not offered: 4 is usual (two frequencies within 0.02 %), 5 for a third; compare `modes` of both"
-        raise table.fail(key, f"{quote(AUTO)} {what}")
-    return table.whole(key)
+    return USUAL if table.entries[key] == AUTO else table.whole(key)
 
 
 def _list(title: str, length: int) -> Mapping[str, Any]:
@@ -120,11 +118,23 @@ DAMPING = Key(
     otherwise="0",
 )
 JOINTS = Key(
-    *("joints", Type("whole number", {"type": "integer", "minimum": 1}, _joints)),
-    "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many",
+    "joints",
+    Type('whole number, or "auto"', {"anyOf": [{"type": "integer", "minimum": 1}, {"const": AUTO}]}, _joints),
+    "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many. auto: the "
+    "fewest that give the frequencies below `up_to` within `tolerance`, with the root clamped and its load at the end",
     "4",
-    default=4,
+    default=USUAL,
     otherwise="4",
+)
+UP_TO = Key(
+    *("up_to", keys.NUMBER, "highest frequency that the joints of auto are for", '"300 Hz"'),
+    otherwise="none: auto is 4 joints",
+    unit="Hz",
+)
+TOLERANCE = Key(
+    *("tolerance", keys.NUMBER, "relative error of frequencies and tip compliance with auto", "0.005"),
+    default=0.01,
+    otherwise="0.01",
 )
 RULE = Key(
     *("rule", one_of(RULES), "where the joints are: fitted to frequencies, at the points of Gauss, or in equal pieces"),
@@ -146,7 +156,7 @@ BEAMS = Section(
     "rows NAME_y1, NAME_z1, NAME_torsion1 ... of kind elastic, with rigid pieces between them.",
     (
         *(ALONG, LENGTH, SECTION, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA),
-        *(DAMPING, JOINTS, RULE, BENDS),
+        *(DAMPING, JOINTS, UP_TO, TOLERANCE, RULE, BENDS),
     ),
     "joint",
 )

@@ -12,6 +12,7 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
+from symoro_elastic.formats.toml.auto_joints import with_chosen_joints
 from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
 from symoro_elastic.formats.toml.key import Key
@@ -61,6 +62,13 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
+    machine = _machine_of(top)
+    chosen, remarks = with_chosen_joints(top, machine, _values(machine.parameters))
+    return _machine_of(chosen).with_remarks(*remarks) if remarks else machine
+
+
+def _machine_of(top: Table) -> DescribedMachine:
+    """The machine in the top table of a file, with 4 joints in beams with joints = "auto"."""
     top, source = top.only(keys.MACHINE.names), top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)

@@ -1,0 +1,160 @@
+"""`joints = "auto"`: errors predicted by small matrices against those of the machine, by the beam's equation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.auto_joints import carried_by
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.beam_errors import Carried, Clamped, kinds_of
+from symoro_elastic.machine.beams import places_of
+from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.described import DescribedMachine
+from tests.formats.test_beams import TIPS
+from tests.references.beams import clamped_bar, clamped_beam
+
+RULES = ("fitted", "gauss", "equal")
+
+
+class Drawn:
+    """A beam along any axis with a tip mass that has an inertia, and its exact frequencies."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.rng = rng
+        self.length, self.EI, self.line = rng.uniform(0.3, 3), float(10 ** rng.uniform(1, 5)), rng.uniform(0.5, 20)
+        self.tip = (float(10 ** rng.uniform(-1.5, 0.7)), float(10 ** rng.uniform(-4, -1)))
+        self.along = "xyz"[seed % 3]
+        self.bends = "yzx"[seed % 3]
+        self.unit = np.sqrt(self.EI / self.line) / self.length**2 / (2 * np.pi)
+        self.exact = self.unit * clamped_beam(*self.tip, 4)
+
+    def read(self, keys: str) -> DescribedMachine:
+        mass, inertia = self.tip[0] * self.line * self.length, self.tip[1] * self.line * self.length**3
+        machine = toml.read(
+            f"""
+name = "walled"
+gravity = [0, 0, 0]
+joints = [ {{ name = "wall", kind = "fixed", antecedent = 0 }}, {{ name = "tip", kind = "fixed" }} ]
+[beams]
+wall = {{ along = "{self.along}", length = {self.length!r}, EI = {self.EI!r}, mass_per_length = {self.line!r}, \
+bends = ["{self.bends}"], {keys} }}
+[bodies]
+tip = {{ mass = {mass!r}, center_of_mass = [0, 0, 0], inertia = [{inertia!r}, {inertia!r}, {inertia!r}] }}
+""",
+            "beam.toml",
+        )
+        check(machine)
+        return machine
+
+    def errors(self, keys: str, highest: float) -> np.ndarray:
+        """Errors of the machine's frequencies, as far as the exact ones are below a highest one."""
+        count = int(np.sum(self.exact <= highest))
+        return np.abs(se.modes(self.read(keys)).frequencies[:count] / self.exact[:count] - 1)
+
+
+@pytest.mark.parametrize("tip", TIPS)
+def test_frequencies_without_joints_are_those_of_the_equation(tip: tuple[float, float]) -> None:
+    beam, bar = Clamped(False, 1.0, 0.0, (tip[0], 0.0, tip[1])), Clamped(True, 1.0, 0.0, (tip[0], 0.0, 0.0))
+    np.testing.assert_allclose(beam.exact[:4], clamped_beam(*tip, 4), rtol=1e-11)
+    np.testing.assert_allclose(bar.exact[:4], clamped_bar(tip[0], 4), rtol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_predicted_errors_are_those_of_the_machine(seed: int) -> None:
+    """Of drawn rules and numbers of joints; joints of the last frequency of a rule too."""
+    drawn = Drawn(seed)
+    rule, joints = RULES[seed % 3], int(drawn.rng.integers(2, 5))
+    count = int(drawn.rng.integers(1, joints + 1))
+    highest = drawn.exact[count - 1] * 1.01
+    machine = drawn.read(f'rule = "{rule}", joints = {joints}')
+    inertia = drawn.tip[1] * drawn.line * drawn.length**3 * np.eye(3)
+    carried = Carried(drawn.tip[0] * drawn.line * drawn.length, np.zeros(3), inertia)
+    (kind,) = kinds_of(machine.origin.beams[0], {}, carried) or ()
+    predicted = kind.error(places_of(rule, joints, is_bar=False), highest)
+    measured = drawn.errors(f'rule = "{rule}", joints = {joints}', highest).max()
+    compliance = se.stiffness(machine, frame="tip").compliance.diagonal()[:3].max() * 3 * drawn.EI / drawn.length**3
+    assert predicted == pytest.approx(max(measured, abs(compliance - 1)), rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(12, 24))
+def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
+    """And fewer joints of the same rule are not, unless there are none."""
+    drawn = Drawn(seed)
+    highest, tolerance = float(drawn.exact[seed % 3] * 1.01), float(10 ** drawn.rng.uniform(-3, -1.5))
+    machine = drawn.read(f'joints = "auto", up_to = {highest!r}, tolerance = {tolerance!r}')
+    (beam,) = machine.origin.beams
+    assert drawn.errors(f'joints = {beam.joints}, rule = "{beam.rule}"', highest).max() < tolerance
+    assert any(
+        line.startswith(f"beam wall: {beam.joints} joints, {beam.rule}: errors up to") for line in check(machine)
+    )
+    if beam.joints > 2:
+        fewer = drawn.errors(f'joints = {beam.joints - 1}, rule = "{beam.rule}"', highest)
+        assert len(fewer) < seed % 3 + 1 or fewer.max() > tolerance
+
+
+ARM = """
+name = "arm"
+gravity = [0, 0, 0]
+joints = [
+  { name = "turn", kind = "motor", sigma = 0, antecedent = 0, axis = "z" },
+  { name = "wrist", kind = "motor", sigma = 0, axis = "y", in = "turn", at = [0.2, 0, 0.1] },
+]
+[bodies]
+wrist = { mass = 4, center_of_mass = [0.1, 0.05, 0.02], inertia = [0.1, 0, 0, 0.2, 0, 0.15] }
+[parameters]
+L = { value = 1.2, unit = "m" }
+[beams]
+turn = { along = "x", length = "L", EI = [2.1e4, 5e3], GJ = 3e3, mass_per_length = 12, inertia_per_length = 0.1, KEYS }
+"""
+
+
+def read(keys: str, text: str = ARM) -> DescribedMachine:
+    return toml.read(text.replace("KEYS", keys), "arm.toml")
+
+
+def test_what_is_carried_off_the_axis_counts() -> None:
+    """The frequencies of each kind alone are those of the machine with the other kinds left out."""
+    for bends in ("y", "z", "torsion"):
+        machine = read(f'bends = ["{bends}"], rule = "equal", joints = 6')
+        carried = carried_by(machine, "turn_end", {"L": 1.2})
+        assert carried is not None and carried.mass == 4
+        (beam,) = machine.origin.beams
+        (kind,) = kinds_of(beam, {"L": 1.2}, carried) or ()
+        ours = kind.of_joints(beam.places(bends))
+        np.testing.assert_allclose(ours, se.modes(machine, hold=["all"]).frequencies, rtol=1e-9)
+
+
+def test_without_a_band_or_without_values_there_are_four() -> None:
+    plain = read('joints = "auto"')
+    assert (plain.origin.beams[0].joints, plain.origin.beams[0].rule) == (4, "fitted")
+    assert plain.joints == read("joints = 4").joints
+    assert any('4 joints, fitted: with up_to = "300 Hz", auto chooses' in line for line in plain.origin.remarks)
+    unknown = read('joints = "auto", up_to = 100', ARM.replace("value = 1.2, ", ""))
+    assert unknown.origin.beams[0].joints == 4
+    assert any("auto needs values of all parameters" in line for line in unknown.origin.remarks)
+
+
+def test_a_rule_of_the_file_is_kept() -> None:
+    chosen = read('joints = "auto", up_to = "60 Hz", tolerance = 0.01, rule = "equal"').origin.beams[0]
+    assert chosen.rule == "equal"
+    assert chosen.joints > read('joints = "auto", up_to = "60 Hz", tolerance = 0.01').origin.beams[0].joints
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("joints = 3, up_to = 100", 'beam turn, up_to: belongs to joints = "auto"'),
+        ("tolerance = 0.1", 'beam turn, tolerance: belongs to joints = "auto"'),
+        ('joints = "auto", up_to = 0', "beam turn, up_to: 0 must be above 0"),
+        ('joints = "auto", up_to = 9, tolerance = -1', "beam turn, tolerance: -1 must be above 0"),
+        ('joints = "auto", up_to = 1e6', "beam turn, joints: no rule has joints enough for 1 % up to 1e+06 Hz"),
+    ],
+)
+def test_refusals(keys: str, message: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        read(keys)
+    assert message in str(refusal.value)
