@@ -120,7 +120,8 @@ class Beam:
     `stiffness` holds EI by the direction of the deflection, N m2, GJ by "torsion", N m2, and EA by "axial", N, of those
     in `bends`. `mass` is per length, kg/m, `inertia` by direction the inertia per length, kg m, of the section about
     the axis at right angles to that direction, and about its own axis by "torsion". `damping` is the ratio of every
-    kind of bending at its first frequency with the root clamped and the tip free. `doubts` say what is implausible.
+    kind of bending at its first frequency with the root clamped and the tip free. `doubts` say what is implausible,
+    `section` is its kind and its sizes as the file writes them, if it does.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Beam:
     joints: int
     bends: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+    section: tuple[str, tuple[str, ...]] = ("", ())
 
     @property
     def transverse(self) -> tuple[str, str]:

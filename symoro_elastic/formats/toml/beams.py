@@ -194,7 +194,10 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     inertia = {TORSION: "0", **dict.fromkeys(both, "0"), **inertia}
     damping = DAMPING.read(table).text
     doubts = tuple(_doubts(table, values)) if is_by_section else ()
-    return Beam(name, along, length.text, stiffness, mass, inertia, damping, rule, joints, bends, doubts)
+    kind, sizes = SECTION.read(table) if is_by_section else ("", ())
+    section = (kind, tuple(size.text for size in sizes))
+    numbers = (stiffness, mass, inertia, damping, rule, joints, bends, doubts)
+    return Beam(name, along, length.text, *numbers, section=section)
 
 
 def _refuse_values(table: Table, values: Mapping[str, float]) -> None:
