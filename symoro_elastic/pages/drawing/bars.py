@@ -7,13 +7,14 @@ A beam by modes has its root and its end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.beams import TORSION, Beam
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
@@ -84,17 +85,24 @@ def _between(a: Array, b: Array, t: Array) -> tuple[Array, Array, Array]:
     return points, y, np.cross(x, y)
 
 
-def beam_rows(machine: Machine) -> Iterator[tuple[Beam, int, int]]:
-    """Yield the beams of a machine with the numbers of the rows of root and end, where it has them."""
+def bars_of(machine: Machine, straight: Callable[[], Array], values: Mapping[str, float]) -> list[Bar]:
+    """Return the beams of a machine as bars, by the placements (1 + rows, 4, 4) where they are straight.
+
+    None where these raise `InputError`: loops do not close there.
+    """
     numbers = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
-    for beam in DescribedMachine.of(machine).origin.beams:
-        root, end = (numbers.get(f"{beam.name}_{name}") for name in ("root", "end"))
-        if root and end and root < end:
-            yield beam, root, end
+    beams = DescribedMachine.of(machine).origin.beams
+    ends = ((beam, numbers.get(f"{beam.name}_root"), numbers.get(f"{beam.name}_end")) for beam in beams)
+    rows = [(beam, root, end) for beam, root, end in ends if root and end and root < end]
+    try:
+        T = straight() if rows else np.empty(0)
+    except InputError:
+        return []
+    return [bar for row in rows if (bar := _bar(machine, *row, T, values))]
 
 
-def bar_of(machine: Machine, beam: Beam, root: int, end: int, T: Array, values: Mapping[str, float]) -> Bar | None:
-    """Return the bar of a beam; T (1 + rows, 4, 4) are placements where it is straight. None where it has no length."""
+def _bar(machine: Machine, beam: Beam, root: int, end: int, T: Array, values: Mapping[str, float]) -> Bar | None:
+    """The bar of a beam between two rows; None where it has no length."""
     chain = [end]
     while chain[0] > root:
         chain.insert(0, machine.joint(chain[0]).antecedent)

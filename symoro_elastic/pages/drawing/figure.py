@@ -26,7 +26,7 @@ from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.evaluation.closed_positions import drawn_values, with_dependent
 from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
-from symoro_elastic.pages.drawing.bars import Bar, bar_of, beam_rows
+from symoro_elastic.pages.drawing.bars import Bar, bars_of
 from symoro_elastic.pages.drawing.joint_shapes import base_shapes, joint_shapes
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, inverse, transform
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
@@ -115,7 +115,8 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     room = _room(machine, T, boxes)
     extent = _extent(room)
     unit, up = _unit(machine, T, extent), upward(machine, values)
-    bars = _bars(placements, q, values)
+    springs = [joint.kind is Kind.ELASTIC for joint in machine.independent_joints]
+    bars = bars_of(machine, lambda: placements.at(np.where(springs, 0.0, q)), values)
     within = {j: bar for bar in bars for j in range(bar.root, bar.end + 1)}
     shapes: list[Solid | Wire | Bar] = [*bars] if _floats(machine) else [*base_shapes(up, unit), *bars]
     for j, joint in _enumerate_joints(machine):
@@ -136,20 +137,6 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         room,
         tuple(_remarks(placements, boxes, giants)),
     )
-
-
-def _bars(placements: Placements, q: Array, values: Mapping[str, float]) -> list[Bar]:
-    """The beams as bars; none where a loop does not close while they are straight, and their pieces are drawn."""
-    rows = [*beam_rows(placements.machine)]
-    if not rows:
-        return []
-    springs = [joint.kind is Kind.ELASTIC for joint in placements.machine.independent_joints]
-    try:
-        T = placements.at(np.where(springs, 0.0, q))
-    except InputError:
-        return []
-    bars = (bar_of(placements.machine, *row, T, values) for row in rows)
-    return [bar for bar in bars if bar]
 
 
 def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
