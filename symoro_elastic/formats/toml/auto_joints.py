@@ -56,8 +56,8 @@ def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping
     fewer = ""
     for trial, error in errors_by_joints(beam, kinds, (beam.rule,) if RULE.name in entry.entries else RULES, highest):
         if error <= tolerance:
-            what = f"errors up to {round(100 * error, 6):.2g} %{fewer} of frequencies up to {highest:g} Hz with the root clamped"
-            return trial, f"{what} and {carried[3, 3]:.3g} kg at the end"
+            what = f"errors up to {round(100 * error, 6):.2g} %{fewer} of frequencies up to {highest:g} Hz"
+            return trial, f"{what} with the root clamped and {carried[3, 3]:.3g} kg at the end"
         fewer = f" ({100 * error:.2g} % with {trial.joints})" if np.isfinite(error) else ""
     what = f"no rule has joints enough for {100 * tolerance:g} % up to {highest:g} Hz"
     raise entry.fail(JOINTS.name, f"{what}: lower up_to, or raise tolerance")
