@@ -12,13 +12,14 @@ from symoro_elastic.formats.toml.beams import AUTO, END, HEADING, JOINTS, RULE, 
 from symoro_elastic.formats.toml.flexible import place_of_row
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_errors import errors_by_joints, kinds_of
+from symoro_elastic.machine.beam_errors import bending_of, errors_by_joints
 from symoro_elastic.machine.beams import RULES, Beam
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.machine import Body
+from symoro_elastic.machine.machine import Body, Kind
 
 UPPER = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
 """Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
+ZERO = np.zeros((4, 4))
 
 
 def with_chosen_joints(top: Table, machine: DescribedMachine, values: Mapping[str, float]) -> tuple[Table, list[str]]:
@@ -49,44 +50,50 @@ def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping
     for key, value in ((UP_TO, highest), (TOLERANCE, tolerance)):
         if value <= 0:
             raise entry.fail(key.name, f"{value:g} must be above 0")
-    carried = carried_by(machine, beam.name + END, values)
-    kinds = kinds_of(beam, values, carried)
-    if not kinds or np.isnan(carried).any():
+    carried, hub = bodies_beside(machine, beam, values)
+    kinds = bending_of(beam, values, carried, hub)
+    if not kinds or np.isnan(carried).any() or (hub is not None and np.isnan(hub).any()):
         return beam, "auto needs values of all parameters of the beam and its load"
     fewer = ""
     for trial, error in errors_by_joints(beam, kinds, (beam.rule,) if RULE.name in entry.entries else RULES, highest):
         if error <= tolerance:
             what = f"errors up to {round(100 * error, 6):.2g} %{fewer} of frequencies up to {highest:g} Hz"
-            return trial, f"{what} with the root clamped and {carried[3, 3]:.3g} kg at the end"
+            root = "clamped" if hub is None else f"clamped, or free with {hub[3, 3]:.3g} kg"
+            return trial, f"{what} with {carried[3, 3]:.3g} kg at the end and the root {root}"
         fewer = f" ({100 * error:.2g} % with {trial.joints})" if np.isfinite(error) else ""
     what = f"no rule has joints enough for {100 * tolerance:g} % up to {highest:g} Hz"
     raise entry.fail(JOINTS.name, f"{what}: lower up_to, or raise tolerance")
 
 
-def carried_by(machine: DescribedMachine, end: str, values: Mapping[str, float]) -> Array:
-    """The integral (4, 4) of (x, y, z, 1) times itself over the mass that a row carries, joints at zero, in its frame.
+def bodies_beside(machine: DescribedMachine, beam: Beam, values: Mapping[str, float]) -> tuple[Array, Array | None]:
+    """What a beam carries at its end, joints at zero, and what its root is on down to a motor, as rigid bodies.
 
-    NaN where a body has no value.
+    Integrals (4, 4) of (x, y, z, 1) times itself over the mass, in axes of the beam's row about end and root; NaN where
+    a body has no value. None where nothing moves there.
     """
     at_zero = {joint.variable: 0.0 for joint in machine.joints if joint.variable} | dict(values)
-    total, frames = np.zeros((4, 4)), dict[int, Placement]()
+    places = [place_of_row(joint, at_zero) or Placement() for joint in machine.joints]
+    numbers = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    frames = {numbers[beam.name + END]: Placement()}
     for j, joint in enumerate(machine.joints, start=1):
-        if joint.name == end:
-            frames[j] = Placement()
-        elif joint.antecedent in frames:
-            frames[j] = frames[joint.antecedent] * (place_of_row(joint, at_zero) or Placement())
-        if j in frames:
-            T = frames[j].matrix
-            total = total + T @ _spread(joint.body, values) @ T.T
-    return np.asarray(total)
+        if joint.antecedent in frames:
+            frames[j] = frames[joint.antecedent] * places[j - 1]
+    j, hub, frame = numbers[beam.name], dict[int, Placement](), Placement()
+    while j and machine.joint(j).kind is not Kind.MOTOR:
+        hub[j] = frame
+        j, frame = machine.joint(j).antecedent, frame * places[j - 1].inverse
+    moves = any(machine.joint(j).kind is not Kind.FIXED for j in hub)
+    both = ([_spread(machine.joint(j).body, T, values) for j, T in x.items()] for x in (frames, hub))
+    carried, held = (np.sum([ZERO, *parts], axis=0) for parts in both)
+    return carried, held if moves else None
 
 
-def _spread(body: Body, values: Mapping[str, float]) -> Array:
-    """The same integral of one body in its own frame."""
+def _spread(body: Body, frame: Placement, values: Mapping[str, float]) -> Array:
+    """The integral of one body."""
     cells = [cell.known_value(values) for cell in (body.mass, *body.moments, *body.inertia)]
     mass, *rest = np.array([np.nan if cell is None else cell for cell in cells])
     tensor, first = np.array(rest[3:])[np.array(UPPER)], np.array(rest[:3])
     square = np.trace(tensor) / 2 * np.eye(3) - tensor
     if body.central:
         square, first = square + mass * np.outer(first, first), mass * first
-    return np.block([[square, first[:, None]], [first, mass]])
+    return np.asarray(frame.matrix @ np.block([[square, first[:, None]], [first, mass]]) @ frame.matrix.T)
