@@ -121,7 +121,7 @@ JOINTS = Key(
     "joints",
     Type('whole number, or "auto"', {"anyOf": [{"type": "integer", "minimum": 1}, {"const": AUTO}]}, _joints),
     "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many. auto: the "
-    "fewest that give the frequencies below `up_to` within `tolerance`, with the root clamped and its load at the end",
+    "fewest that give frequencies up to `up_to` within `tolerance`, by the load at the end and what the root is on",
     "4",
     default=USUAL,
     otherwise="4",
