@@ -121,7 +121,8 @@ class Beam:
     in `bends`. `mass` is per length, kg/m, `inertia` by direction the inertia per length, kg m, of the section about
     the axis at right angles to that direction, and about its own axis by "torsion". `damping` is the ratio of every
     kind of bending at its first frequency with the root clamped and the tip free. `doubts` say what is implausible,
-    `section` is its kind and its sizes as the file writes them, if it does.
+    `section` is its kind and its sizes as the file writes them, if it does,
+    `choice` says which errors led to joints = "auto".
     """
 
     name: str
@@ -136,6 +137,7 @@ class Beam:
     bends: tuple[str, ...]
     doubts: tuple[str, ...] = ()
     section: tuple[str, tuple[str, ...]] = ("", ())
+    choice: str = ""
 
     @property
     def transverse(self) -> tuple[str, str]:

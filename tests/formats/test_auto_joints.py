@@ -15,6 +15,7 @@ from symoro_elastic.machine.beam_errors import Bending, bending_of
 from symoro_elastic.machine.beams import places_of
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.views import beams_json
 from tests.command_line import EXAMPLES
 from tests.formats.test_beams import TIPS
 from tests.references.beams import clamped_bar, clamped_beam, free_beam
@@ -90,9 +91,9 @@ def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
     machine = drawn.read(f'joints = "auto", up_to = {highest!r}, tolerance = {tolerance!r}')
     (beam,) = machine.origin.beams
     assert drawn.errors(f'joints = {beam.joints}, rule = "{beam.rule}"', highest).max() < tolerance
-    assert any(
-        line.startswith(f"beam wall: {beam.joints} joints, {beam.rule}: errors up to") for line in check(machine)
-    )
+    shown = beams_json(machine)["wall"]
+    assert (shown["rule"], shown["joints"]) == (beam.rule, str(beam.joints))
+    assert f" % up to {highest:g} Hz" in shown["predicted errors"] and ", root clamped, " in shown["predicted errors"]
     if beam.joints > 2:
         fewer = drawn.errors(f'joints = {beam.joints - 1}, rule = "{beam.rule}"', highest)
         assert len(fewer) < seed % 3 + 1 or fewer.max() > tolerance
@@ -193,10 +194,10 @@ def test_without_a_band_or_without_values_there_are_four() -> None:
     plain = read('joints = "auto"')
     assert (plain.origin.beams[0].joints, plain.origin.beams[0].rule) == (4, "fitted")
     assert plain.joints == read("joints = 4").joints
-    assert any('4 joints, fitted: with up_to = "300 Hz", auto chooses' in line for line in plain.origin.remarks)
+    assert beams_json(plain)["turn"]["predicted errors"] == "no up_to"
     unknown = read('joints = "auto", up_to = 100', ARM.replace("value = 1.2, ", ""))
     assert unknown.origin.beams[0].joints == 4
-    assert any("auto needs values of all parameters" in line for line in unknown.origin.remarks)
+    assert beams_json(unknown)["turn"]["predicted errors"] == "parameters without value"
 
 
 def test_a_rule_of_the_file_is_kept() -> None:

@@ -22,21 +22,22 @@ UPPER = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
 ZERO = np.zeros((4, 4))
 
 
-def with_chosen_joints(top: Table, machine: DescribedMachine, values: Mapping[str, float]) -> tuple[Table, list[str]]:
-    """The top table of a file with numbers of joints in place of auto, and a sentence for each beam.
+def with_chosen_joints(
+    top: Table, machine: DescribedMachine, values: Mapping[str, float]
+) -> tuple[Table, dict[str, str]]:
+    """The top table of a file with numbers of joints in place of auto, and why by the name of the beam.
 
     `machine` is that of the file with 4 joints, `values` those of its parameters. Raises `InputError` where no number
     of joints is enough.
     """
-    table, entries, sentences = top.table(HEADING), dict(top.table(HEADING).entries), list[str]()
+    table, entries, sentences = top.table(HEADING), dict(top.table(HEADING).entries), dict[str, str]()
     for beam in machine.origin.beams:
         entry = replace(table.table(beam.name), place=f"beam {beam.name}")
         own = dict(entry.entries)
         of_auto = [key for key in (UP_TO.name, TOLERANCE.name) if own.pop(key, None) is not None]
         if own.get(JOINTS.name) == AUTO:
-            chosen, why = _chosen(entry, beam, machine, values)
+            chosen, sentences[beam.name] = _chosen(entry, beam, machine, values)
             entries[beam.name] = {**own, JOINTS.name: chosen.joints, RULE.name: chosen.rule}
-            sentences.append(f"beam {beam.name}: {chosen.joints} joints, {chosen.rule}: {why}")
         elif of_auto:
             raise entry.fail(of_auto[0], f'belongs to joints = "{AUTO}": write that, or leave it out')
     return replace(top, entries={**top.entries, HEADING: entries}) if sentences else top, sentences
@@ -45,7 +46,7 @@ def with_chosen_joints(top: Table, machine: DescribedMachine, values: Mapping[st
 def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping[str, float]) -> tuple[Beam, str]:
     """The beam with the fewest joints that are enough, and why."""
     if UP_TO.name not in entry.entries:
-        return beam, 'with up_to = "300 Hz", auto chooses them for that band'
+        return beam, "no up_to"
     highest, tolerance = UP_TO.read(entry), TOLERANCE.read(entry)
     for key, value in ((UP_TO, highest), (TOLERANCE, tolerance)):
         if value <= 0:
@@ -53,14 +54,14 @@ def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping
     carried, hub = bodies_beside(machine, beam, values)
     kinds = bending_of(beam, values, carried, hub)
     if not kinds or np.isnan(carried).any() or (hub is not None and np.isnan(hub).any()):
-        return beam, "auto needs values of all parameters of the beam and its load"
+        return beam, "parameters without value"
     fewer = ""
     for trial, error in errors_by_joints(beam, kinds, (beam.rule,) if RULE.name in entry.entries else RULES, highest):
         if error <= tolerance:
-            what = f"errors up to {round(100 * error, 6):.2g} %{fewer} of frequencies up to {highest:g} Hz"
-            root = "clamped" if hub is None else f"clamped, or free with {hub[3, 3]:.3g} kg"
-            return trial, f"{what} with {carried[3, 3]:.3g} kg at the end and the root {root}"
-        fewer = f" ({100 * error:.2g} % with {trial.joints})" if np.isfinite(error) else ""
+            root = "clamped" if hub is None else f"clamped or free with {hub[3, 3]:.3g} kg"
+            what = f"{round(100 * error, 6):.2g} % up to {highest:g} Hz{fewer}"
+            return trial, f"{what}, root {root}, {carried[3, 3]:.3g} kg at the end"
+        fewer = f" ({trial.joints} joints: {100 * error:.2g} %)" if np.isfinite(error) else ""
     what = f"no rule has joints enough for {100 * tolerance:g} % up to {highest:g} Hz"
     raise entry.fail(JOINTS.name, f"{what}: lower up_to, or raise tolerance")
 
@@ -89,7 +90,7 @@ def bodies_beside(machine: DescribedMachine, beam: Beam, values: Mapping[str, fl
 
 
 def _spread(body: Body, frame: Placement, values: Mapping[str, float]) -> Array:
-    """The integral of one body."""
+    """The integral over a body that is placed in the axes of the beam's row."""
     cells = [cell.known_value(values) for cell in (body.mass, *body.moments, *body.inertia)]
     mass, *rest = np.array([np.nan if cell is None else cell for cell in cells])
     tensor, first = np.array(rest[3:])[np.array(UPPER)], np.array(rest[:3])

@@ -234,10 +234,10 @@ def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> I
     """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
     frames = {end: Placement()}
     for j, joint in enumerate(machine.joints, start=1):
-        placed = place_of_row(joint, values) if joint.antecedent in frames else None
-        if placed is None:
+        placement = place_of_row(joint, values) if joint.antecedent in frames else None
+        if placement is None:
             continue
-        frame = frames[joint.antecedent] * placed
+        frame = frames[joint.antecedent] * placement
         if joint.kind is Kind.FIXED:
             frames[j] = frame
         yield f"joint {j} ({joint.name}), antecedent", frame.translation

@@ -63,8 +63,12 @@ def read(text: str, source: str) -> DescribedMachine:
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
     machine = _machine_of(top)
-    chosen, remarks = with_chosen_joints(top, machine, _values(machine.parameters))
-    return _machine_of(chosen).with_remarks(*remarks) if remarks else machine
+    chosen, choices = with_chosen_joints(top, machine, _values(machine.parameters))
+    if not choices:
+        return machine
+    machine = _machine_of(chosen)
+    beams = (replace(beam, choice=choices.get(beam.name, "")) for beam in machine.origin.beams)
+    return replace(machine, origin=replace(machine.origin, beams=tuple(beams)))
 
 
 def _machine_of(top: Table) -> DescribedMachine:

@@ -127,18 +127,18 @@ class Projection:
 
     def _bar(self, bar: Bar) -> Iterator[Drawn]:
         """The sides towards the eye from end to end, or the outline of a round one, and the ends towards the eye."""
-        seen = self.view.of(bar.rings(self.T)) * np.array([1.0, -1.0, 1.0])
-        way = np.gradient(seen.mean(axis=1), axis=0)
+        rings = self.view.of(bar.rings(self.T)) * np.array([1.0, -1.0, 1.0])
+        way = np.gradient(rings.mean(axis=1), axis=0)
         if bar.is_round:
             aside = np.stack([-way[:, 1], way[:, 0], 0 * way[:, 0]], axis=1)
-            reach = np.einsum("rni,ri->rn", seen, aside)
-            rows, sense = np.arange(len(seen)), 1 if way[:, 0].sum() >= 0 else -1
-            faces = [(seen[rows, reach.argmin(axis=1)], seen[rows, reach.argmax(axis=1)], sense * aside.sum(axis=0))]
+            reach = np.einsum("rni,ri->rn", rings, aside)
+            rows, sense = np.arange(len(rings)), 1 if way[:, 0].sum() >= 0 else -1
+            faces = [(rings[rows, reach.argmin(axis=1)], rings[rows, reach.argmax(axis=1)], sense * aside.sum(axis=0))]
         else:
-            sides = ((seen[:, k - 1], seen[:, k]) for k in range(len(bar.outline)))
+            sides = ((rings[:, k - 1], rings[:, k]) for k in range(len(bar.outline)))
             faces = [(a, b, np.cross(b - a, way).sum(axis=0)) for a, b in sides]
         areas = [(np.concatenate([a, b[::-1]]), normal) for a, b, normal in faces if bar.is_round or normal[2] > 0]
-        areas += [(ring, out) for ring, out in ((seen[0], -way[0]), (seen[-1], way[-1])) if out[2] > 0]
+        areas += [(ring, out) for ring, out in ((rings[0], -way[0]), (rings[-1], way[-1])) if out[2] > 0]
         for points, normal in areas:
             shade = _shade(normal / (np.linalg.norm(normal) or 1.0))
             yield Drawn(bar.role, points[:, :2] * [1, -1], True, shade, LAYERS[bar.role], float(points[:, 2].mean()))
