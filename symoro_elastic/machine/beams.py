@@ -124,6 +124,7 @@ class Beam:
     the axis at right angles to that direction, and about its own axis by "torsion". `damping` is the ratio of every
     kind of bending at its first frequency with the root clamped and the tip free. `doubts` say what is implausible.
     With `modes` it bends by so many in each direction in place of joints; with `stiffening` tension stiffens it.
+    `section` is its kind and its sizes as the file writes them, `choice` which errors led to joints = "auto".
     """
 
     name: str
@@ -139,6 +140,8 @@ class Beam:
     doubts: tuple[str, ...] = ()
     modes: int = 0
     stiffening: bool = False
+    section: tuple[str, tuple[str, ...]] = ("", ())
+    choice: str = ""
 
     @property
     def cells(self) -> tuple[str, ...]:

@@ -81,15 +81,18 @@ def frames_json(machine: Machine) -> dict[str, Any]:
 def beams_table(machine: Machine, title: str = "") -> Table:
     """Return the beams of a machine's file: first frequencies, Hz, are those with the root clamped and the tip free."""
     heads = ("beam", "along", "length, m", "mass, kg", "rule", "number", "first frequencies if clamped, Hz")
-    table = Table(heads, title=title)
+    beams = machine.origin.beams if isinstance(machine, DescribedMachine) else ()
+    is_chosen = any(beam.choice for beam in beams)
+    table = Table((*heads, *(["predicted errors"] if is_chosen else [])), title=title)
     values = _stated_values(machine)
-    for beam in machine.origin.beams if isinstance(machine, DescribedMachine) else ():
+    for beam in beams:
         numbers = (Formula.parse(text).known_value(values) for text in (beam.length, beam.piece(0.0, 1.0)[0]))
         length, mass = ("-" if x is None else f"{x:.6g}" for x in numbers)
         first = ", ".join(f"{kind} {'-' if f is None else f'{f:.5g}'}" for kind, f in beam.first_frequencies(values))
         counts = [beam.modes_of(kind) if beam.modes else len(beam.places(kind)[0]) for kind in beam.bends]
         rule = "modes" if beam.modes else beam.rule
-        table.add_row(beam.name, beam.along, length, mass, rule, "+".join(map(str, counts)), first)
+        choice = [beam.choice] if is_chosen else []
+        table.add_row(beam.name, beam.along, length, mass, rule, "+".join(map(str, counts)), first, *choice)
     return table
 
 

@@ -50,6 +50,8 @@ class MachineFigure {
     for (const solid of data.solids) this._add(solid);
     for (const mesh of data.meshes) this._cover(mesh);
     for (const wire of data.wires) this._thread(wire, data.unit);
+    this.bars = (data.bars ?? []).map((bar) => new Bar(bar, painted, frames.reference));
+    for (const { mesh } of this.bars) this.groups[0].add(mesh);
     this.place(frames.reference);
   }
 
@@ -100,6 +102,7 @@ class MachineFigure {
       lines.matrix.set(...product(this.frames.reference[solid.frame], solid.at));
       group.add(lines);
     }
+    for (const { edges } of this.bars) group.add(new THREE.LineSegments(edges.geometry.clone(), this.painted.ghost()));
     return group;
   }
 
@@ -110,6 +113,7 @@ class MachineFigure {
       const weak = strain.length > 0 && !(own && own[1] >= WEAK);
       tube.mesh.material = this.painted.fill(weak ? "passive" : tube.wire.role);
     }
+    for (const bar of this.bars) bar.mesh.material = this.painted.fill(strain.length && bar.energy(strain) < WEAK ? "mesh" : "beam");
   }
 
   // Move all shapes to placements of the frames.
@@ -120,5 +124,6 @@ class MachineFigure {
       const j = tube.wire.frame;
       tube.bend(this.frames.moved(T, j), this.frames.slides[j]);
     }
+    for (const bar of this.bars) bar.place(T);
   }
 }

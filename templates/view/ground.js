@@ -25,6 +25,7 @@ class Ground {
     this.pitch = roundBelow(data.extent / LINES);
     this.label = `ground, ${quantity(this.pitch, "m")} squares`;
     this.shadows = data.solids.filter((solid) => solid.role !== "body").map((solid) => this._shadow(solid, painted));
+    for (const { geometry } of figure.bars) this._fallen(geometry, painted);
     this._grid(low.map((x, k) => (x + high[k]) / 2), data.extent, painted);
     this.place(figure.T);
   }
@@ -34,10 +35,15 @@ class Ground {
     return Math.min(...shapes.map(([corner]) => height(corner.toArray())));
   }
 
-  _shadow(solid, painted) {
-    const mesh = Object.assign(new THREE.Mesh(geometryOf(solid), painted.shadow()), { matrixAutoUpdate: false, frustumCulled: false, renderOrder: -1 });
+  _fallen(geometry, painted) {
+    const mesh = Object.assign(new THREE.Mesh(geometry, painted.shadow()), { matrixAutoUpdate: false, frustumCulled: false, renderOrder: -1 });
+    mesh.matrix.set(...this.falls);
     this.group.add(mesh);
-    return { mesh, frame: solid.frame, at: Float64Array.from(solid.at) };
+    return mesh;
+  }
+
+  _shadow(solid, painted) {
+    return { mesh: this._fallen(geometryOf(solid), painted), frame: solid.frame, at: Float64Array.from(solid.at) };
   }
 
   _grid(middle, extent, painted) {

@@ -13,7 +13,7 @@ class Painted {
   }
 
   fill(role, look = "") {
-    const opacity = role === "mesh" || (role === "body" && look === "ball") ? 0.45 : role === "body" ? 0.12 : 1;
+    const opacity = role === "beam" ? 0.7 : role === "mesh" || (role === "body" && look === "ball") ? 0.45 : role === "body" ? 0.12 : 1;
     return this._kept(`fill ${role} ${look}`, () => new THREE.MeshLambertMaterial(
       { transparent: true, opacity, depthWrite: opacity === 1, visible: look !== "outlined" }));
   }

@@ -375,7 +375,6 @@ SECTION = TABLE[TABLE.index("section") : -1]
         ("density", "damping = -1, density", "beam wall, damping: '-1' must not be negative"),
         ("density", "joints = 0, density", "beam wall, joints: 0 is not from 2 to 5, which the rule fitted has"),
         ("density", "joints = 6, density", 'which the rule fitted has: rule = "gauss" or "equal" have others'),
-        ("density", 'joints = "auto", density', "beam wall, joints: 'auto' is not offered: 4 is usual"),
         ("density", 'rule = "gaus", density', "beam wall, rule: no rule 'gaus'; did you mean 'gauss'?"),
         ("density", 'bends = ["x"], density', "beam wall, bends: no deflection 'x' along x"),
         ("density", "EI = 3, density", "beam wall, EI: follows from the section: leave one of them out"),

@@ -41,7 +41,8 @@ Entries = dict[str, Any]
 HEADING = "beams"
 END = "_end"
 """End of the name of the row that carries what the beam carries."""
-AUTO = "auto"
+AUTO, USUAL = "auto", 4
+"""Joints that are chosen when the file is read, and those of any beam until then."""
 STIFF = (1e7, 2e12)
 """Moduli of elasticity, Pa, from soft rubber to diamond."""
 DENSE = (20, 23000)
@@ -66,10 +67,7 @@ def _one_or_two(table: Table, key: str) -> tuple[Formula, ...]:
 
 
 def _joints(table: Table, key: str) -> int:
-    if table.entries[key] == AUTO:
-        what = "is not offered: 4 is usual (two frequencies within 0.02 %), 5 for a third; compare `modes` of both"
-        raise table.fail(key, f"{quote(AUTO)} {what}")
-    return table.whole(key)
+    return USUAL if table.entries[key] == AUTO else table.whole(key)
 
 
 def _list(title: str, length: int) -> Mapping[str, Any]:
@@ -121,11 +119,23 @@ DAMPING = Key(
     otherwise="0",
 )
 JOINTS = Key(
-    *("joints", Type("whole number", {"type": "integer", "minimum": 1}, _joints)),
-    "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many",
+    "joints",
+    Type('whole number, or "auto"', {"anyOf": [{"type": "integer", "minimum": 1}, {"const": AUTO}]}, _joints),
+    "number of bending joints in each direction; fitted has 2 to 5. Torsion and tension have half as many. auto: the "
+    "fewest that give frequencies up to `up_to` within `tolerance`, by the load at the end and what the root is on",
     "4",
-    default=4,
+    default=USUAL,
     otherwise="4",
+)
+UP_TO = Key(
+    *("up_to", keys.NUMBER, "highest frequency that the joints of auto are for", '"300 Hz"'),
+    otherwise="none: auto is 4 joints",
+    unit="Hz",
+)
+TOLERANCE = Key(
+    *("tolerance", keys.NUMBER, "relative error of frequencies and tip compliance with auto", "0.005"),
+    default=0.01,
+    otherwise="0.01",
 )
 MODES = Key(
     *("modes", Type("whole number", {"type": "integer", "minimum": 1}, lambda table, key: table.whole(key))),
@@ -161,7 +171,7 @@ BEAMS = Section(
     "rows NAME_y1, NAME_z1, NAME_torsion1 ... of kind elastic, with rigid pieces between them.",
     (
         *(ALONG, LENGTH, SECTION, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA),
-        *(DAMPING, JOINTS, RULE, MODES, STIFFENING, BENDS),
+        *(DAMPING, JOINTS, UP_TO, TOLERANCE, RULE, MODES, STIFFENING, BENDS),
     ),
     "joint",
 )
@@ -200,8 +210,10 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     inertia = {TORSION: "0", **dict.fromkeys(both, "0"), **inertia}
     damping = DAMPING.read(table).text
     doubts = tuple(_doubts(table, values)) if is_by_section else ()
-    numbers = (rule, joints, bends, doubts, modes, stiffening)
-    beam = Beam(name, along, length.text, stiffness, mass, inertia, damping, *numbers)
+    kind, sizes = SECTION.read(table) if is_by_section else ("", ())
+    section = (kind, tuple(size.text for size in sizes))
+    numbers = (stiffness, mass, inertia, damping, rule, joints, bends, doubts, modes, stiffening)
+    beam = Beam(name, along, length.text, *numbers, section=section)
     names = sorted({x for text in beam.cells for x in Formula.parse(text).names} - {"pi"}) if modes else []
     if names:
         what = f"modes are numbers of the file, and {quote(names[0])} is a name: write its value, or joints"

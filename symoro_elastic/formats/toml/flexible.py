@@ -24,7 +24,7 @@ from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 Entries = dict[str, Any]
@@ -299,11 +299,10 @@ def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> I
     """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
     frames = {end: Placement()}
     for j, joint in enumerate(machine.joints, start=1):
-        cells = [getattr(joint, key).known_value(values) for key in GEOMETRY[:6]]
-        if joint.antecedent not in frames or None in cells:
+        placement = place_of_row(joint, values) if joint.antecedent in frames else None
+        if placement is None:
             continue
-        gamma, b, alpha, d, theta, r = (cell or 0.0 for cell in cells)
-        frame = frames[joint.antecedent] * about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
+        frame = frames[joint.antecedent] * placement
         if joint.kind is Kind.FIXED:
             frames[j] = frame
         yield f"joint {j} ({joint.name}), antecedent", frame.translation
@@ -313,3 +312,12 @@ def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> I
         if named.on in rows and None not in point:
             frame = rows[named.on]
             yield f"frame {named.name}, on", frame.translation + frame.rotation @ np.array(point)
+
+
+def place_of_row(joint: Joint, values: Mapping[str, float]) -> Placement | None:
+    """The placement of a row in its antecedent; None where a cell has no value."""
+    cells = [getattr(joint, key).known_value(values) for key in GEOMETRY[:6]]
+    if None in cells:
+        return None
+    gamma, b, alpha, d, theta, r = (cell or 0.0 for cell in cells)
+    return about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)

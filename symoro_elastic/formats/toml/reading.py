@@ -12,6 +12,7 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
+from symoro_elastic.formats.toml.auto_joints import with_chosen_joints
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
@@ -62,6 +63,17 @@ def read(text: str, source: str) -> DescribedMachine:
 
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
+    machine = _machine_of(top)
+    chosen, choices = with_chosen_joints(top, machine, _values(machine.parameters))
+    if not choices:
+        return machine
+    machine = _machine_of(chosen)
+    beams = (replace(beam, choice=choices.get(beam.name, "")) for beam in machine.origin.beams)
+    return replace(machine, origin=replace(machine.origin, beams=tuple(beams)))
+
+
+def _machine_of(top: Table) -> DescribedMachine:
+    """The machine in the top table of a file, with 4 joints in beams with joints = "auto"."""
     top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
     source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)

@@ -17,7 +17,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import COORDINATES, with_base_coordinates
-from symoro_elastic.machine.machine import Body, Joint, Machine
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.bound.state import State, closing_models
@@ -26,6 +26,7 @@ from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.evaluation.closed_positions import drawn_values, with_dependent
 from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
+from symoro_elastic.pages.drawing.bars import Bar, bars_of
 from symoro_elastic.pages.drawing.joint_shapes import base_shapes, joint_shapes
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, inverse, transform
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
@@ -75,7 +76,7 @@ class Figure:
 
     title: str
     marks: tuple[Mark, ...]
-    shapes: tuple[Solid | Wire, ...]
+    shapes: tuple[Solid | Wire | Bar, ...]
     reference: Array
     antecedents: tuple[int, ...]
     slides: tuple[bool, ...]
@@ -96,6 +97,11 @@ class Figure:
         return tuple(shape for shape in self.shapes if isinstance(shape, Wire))
 
     @property
+    def bars(self) -> tuple[Bar, ...]:
+        """The beams among the shapes."""
+        return tuple(shape for shape in self.shapes if isinstance(shape, Bar))
+
+    @property
     def is_crowded(self) -> bool:
         """Whether the frames are too many for names."""
         return len(self.marks) > MOST_NAMED
@@ -109,14 +115,18 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     room = _room(machine, T, boxes)
     extent = _extent(room)
     unit, up = _unit(machine, T, extent), upward(machine, values)
-    shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
+    springs = [joint.kind is Kind.ELASTIC for joint in machine.independent_joints]
+    bars = bars_of(machine, lambda: placements.at(np.where(springs, 0.0, q)), values)
+    within = {j: bar for bar in bars for j in range(bar.root, bar.end + 1)}
+    shapes: list[Solid | Wire | Bar] = [*bars] if _floats(machine) else [*base_shapes(up, unit), *bars]
     for j, joint in _enumerate_joints(machine):
-        if joint.name not in COORDINATES:
+        if joint.name not in COORDINATES and j not in within:
             shapes += joint_shapes(j, joint, T, unit)
-        shapes += [_body(T, j, boxes[j], unit)] if j in boxes else []
+        if j in boxes and (j not in within or j == within[j].end):
+            shapes += [_body(T, j, boxes[j], unit)]
     return Figure(
         machine.name,
-        tuple(_marks(machine)),
+        tuple(mark for mark in _marks(machine) if mark.frame not in within or mark.frame == within[mark.frame].end),
         tuple(shapes),
         T,
         (0, *machine.antecedents),

@@ -32,6 +32,7 @@ from symoro_elastic.machine.names import list_of_names
 from symoro_elastic.machine.views import drives_lines
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.pages.drawing.bars import Bar
 from symoro_elastic.pages.drawing.figure import CORNERS, Figure, Placements, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import REACH
 from symoro_elastic.pages.drawing.motions import Played, motions_data, round_significant
@@ -47,6 +48,7 @@ SCRIPTS = (
     "frames.js",
     "paint.js",
     "tubes.js",
+    "bars.js",
     "figure.js",
     "labels.js",
     "camera.js",
@@ -117,6 +119,7 @@ def page_data(page: ShownMachine) -> dict[str, Any]:
         "solids": [_solid(solid) for solid in figure.solids],
         "meshes": [mesh.data for mesh in page.meshes[0]],
         "wires": [_wire(wire) for wire in figure.wires],
+        **({"bars": [_bar(bar) for bar in figure.bars]} if figure.bars else {}),
         "extent": round_significant(figure.extent),
         "unit": round_significant(figure.unit),
         "room": [round_significant(corner) for corner in figure.room],
@@ -178,6 +181,16 @@ def _solid(solid: Solid) -> dict[str, Any]:
         "at": at,
         "size": round_significant(list(solid.size)),
         "outlined": solid.outlined,
+    }
+
+
+def _bar(bar: Bar) -> dict[str, Any]:
+    stations = zip(bar.frames, bar.stations.reshape(-1, 16), strict=True)
+    return {
+        "stations": [{"frame": frame, "at": round_significant(at)} for frame, at in stations],
+        "outline": round_significant(bar.outline),
+        "steps": bar.steps,
+        "springs": list(bar.springs),
     }
 
 

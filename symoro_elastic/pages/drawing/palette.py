@@ -45,6 +45,7 @@ LIGHT = Palette(
     {
         "body": "#8fa9bf",
         "mesh": "#b9c3cb",
+        "beam": "#9db8a6",
         "motor": "#1f6fb2",
         "elastic": "#dd7418",
         "passive": "#9aa2a8",
@@ -69,6 +70,7 @@ DARK = Palette(
     {
         "body": "#5f7d96",
         "mesh": "#7d8a94",
+        "beam": "#5f8070",
         "motor": "#4a9fe0",
         "elastic": "#f2994a",
         "passive": "#87919a",

@@ -10,6 +10,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.models.bound.viewing import view_axes
+from symoro_elastic.pages.drawing.bars import BEAM, Bar
 from symoro_elastic.pages.drawing.figure import BODY, CORNERS, Figure
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip, transform
@@ -23,7 +24,7 @@ LIT, DARK = 0.62, 0.15
 OUTLINE = 3
 """The shade of a transparent area."""
 GHOST, ARROW = "ghost", "arrow"
-LAYERS = {"base": 0, BODY: 1}
+LAYERS = {"base": 0, BODY: 1, BEAM: 1}
 """What is drawn first, so that joints are seen through bodies."""
 FACES = (
     *(((0, 1, 3, 2), 0, -1), ((4, 6, 7, 5), 0, 1), ((0, 4, 5, 1), 1, -1), ((2, 3, 7, 6), 1, 1)),
@@ -83,9 +84,12 @@ class Projection:
         """Return the origins of named frames on paper, (N, 2) m."""
         return self.view.of(self.T[[mark.frame for mark in self.figure.marks], :3, 3])[:, :2]
 
-    def _project(self, shape: Solid | Wire) -> Iterator[Drawn]:
+    def _project(self, shape: Solid | Wire | Bar) -> Iterator[Drawn]:
         if isinstance(shape, Wire):
             yield self._line(shape)
+            return
+        if isinstance(shape, Bar):
+            yield from self._bar(shape)
             return
         centred = self.T[shape.frame] @ shape.placement
         faces = {Shape.BOX: self._box, Shape.CYLINDER: self._cylinder, Shape.BALL: self._ball}[shape.shape]
@@ -120,6 +124,24 @@ class Projection:
         yield both[hull(self.view.of(both)[:, :2])], np.array([-side[1], side[0], 0.0]) * (1 if side[0] >= 0 else -1)
         if abs(side[2]) > 1e-9:
             yield ends[int(side[2] > 0)], side * np.sign(side[2])
+
+    def _bar(self, bar: Bar) -> Iterator[Drawn]:
+        """The sides towards the eye from end to end, or the outline of a round one, and the ends towards the eye."""
+        rings = self.view.of(bar.rings(self.T)) * np.array([1.0, -1.0, 1.0])
+        way = np.gradient(rings.mean(axis=1), axis=0)
+        if bar.is_round:
+            aside = np.stack([-way[:, 1], way[:, 0], 0 * way[:, 0]], axis=1)
+            reach = np.einsum("rni,ri->rn", rings, aside)
+            rows, sense = np.arange(len(rings)), 1 if way[:, 0].sum() >= 0 else -1
+            faces = [(rings[rows, reach.argmin(axis=1)], rings[rows, reach.argmax(axis=1)], sense * aside.sum(axis=0))]
+        else:
+            sides = ((rings[:, k - 1], rings[:, k]) for k in range(len(bar.outline)))
+            faces = [(a, b, np.cross(b - a, way).sum(axis=0)) for a, b in sides]
+        areas = [(np.concatenate([a, b[::-1]]), normal) for a, b, normal in faces if bar.is_round or normal[2] > 0]
+        areas += [(ring, out) for ring, out in ((rings[0], -way[0]), (rings[-1], way[-1])) if out[2] > 0]
+        for points, normal in areas:
+            shade = _shade(normal / (np.linalg.norm(normal) or 1.0))
+            yield Drawn(bar.role, points[:, :2] * [1, -1], True, shade, LAYERS[bar.role], float(points[:, 2].mean()))
 
     def _ball(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
         """The circle around a ball, and the direction to the eye."""

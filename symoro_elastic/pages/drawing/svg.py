@@ -14,6 +14,7 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.pages.drawing.bars import BEAM
 from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of, placements_of
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT
@@ -43,6 +44,7 @@ LEGEND = {
     "coupled": "coupled joint",
     "cut": "cut joint of a loop",
     BODY: "body (box of equal inertia, or ball)",
+    BEAM: "beam",
 }
 
 
@@ -74,7 +76,7 @@ def picture_of(figure: Figure, T: Array | None = None, arrows: Sequence[Array] =
     low, spread = outline.min(axis=0), np.ptp(outline, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
     parts = [replace(part, points=(part.points - low) * scale) for part in drawn]
-    obstacles = [part.points for part in parts if part.role not in (BODY, "base", GHOST, *AXES)]
+    obstacles = [part.points for part in parts if part.role not in (BODY, BEAM, "base", GHOST, *AXES)]
     boxes = np.array([[*points.min(axis=0), *points.max(axis=0)] for points in obstacles])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
@@ -136,7 +138,8 @@ def svg_for_light_paper(machine: Machine) -> str:
 def joint_counts(figure: Figure) -> str:
     """Return the numbers of a machine's joints by kind, in words."""
     names = {"motor": "motor", "elastic": "elastic joint", "passive": "passive joint", "coupled": "coupled joint"}
-    kinds = [mark.role for mark in figure.marks]
+    names |= {BEAM: "beam"}
+    kinds = [*(mark.role for mark in figure.marks), *(bar.role for bar in figure.bars)]
     counts = {name: kinds.count(role) for role, name in names.items()}
     parts = [f"{count} {name}{'s' * (count > 1)}" for name, count in counts.items() if count]
     return ", ".join(parts) or "no joint moves"

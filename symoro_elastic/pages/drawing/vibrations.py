@@ -58,10 +58,11 @@ def _set(title: str, linear: Linearization, locked: Sequence[str]) -> ModeSet:
 
 
 def corners_of(figure: Figure) -> DrawnPoints:
-    """Return the corners of all solids of a figure at its own placements."""
-    corners = ((figure.reference[x.frame] @ x.placement, CORNERS * np.array(x.size)) for x in figure.solids)
-    frames = np.repeat([solid.frame for solid in figure.solids], len(CORNERS)).astype(int)
-    points = np.array([transform(*pair) for pair in corners]).reshape(-1, 3)
+    """Return the corners of all solids of a figure at its own placements, and those of beams at their stations."""
+    corners = [(x.frame, x.placement, CORNERS * np.array(x.size)) for x in figure.solids]
+    corners += [station for bar in figure.bars for station in bar.corners]
+    frames = np.repeat([j for j, _, _ in corners], [len(x) for _, _, x in corners]).astype(int)
+    points = np.concatenate([np.empty((0, 3)), *(transform(figure.reference[j] @ at, x) for j, at, x in corners)])
     return DrawnPoints(points, frames, figure.reference[frames, :3, 3], figure.extent)
 
 
