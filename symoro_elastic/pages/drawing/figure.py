@@ -16,7 +16,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.frames import COORDINATES, with_base_coordinates
+from symoro_elastic.machine.frames import COORDINATES, FrameNames, with_base_coordinates
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.joint_axes import placed_machine
@@ -338,7 +338,14 @@ class Placements:
             T = np.full((1, 4, 4), math.nan)
         if not np.isfinite(T).all():
             raise self.machine.error("--at", self._not_there)
-        return np.concatenate([np.eye(4)[None], T])
+        return self._of_all_rows(T)
+
+    def _of_all_rows(self, T: Array) -> Array:
+        """Placements of frame 0 and of all rows; a mode, which has no frame, is where its body is."""
+        placed = dict(zip(FrameNames(self.machine).all(), T, strict=True)) | {0: np.eye(4)}
+        for j, antecedent in enumerate(self.machine.antecedents, start=1):
+            placed.setdefault(j, placed.get(antecedent, placed[0]))
+        return np.array([placed[j] for j in range(len(self.machine.joints) + 1)])
 
 
 def placements_of(machine: Machine) -> Placements:
