@@ -14,6 +14,7 @@ from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, P
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.codegen.time_steps import CLOSED
 from symoro_elastic.machine.arguments import arguments, known_of_base
+from symoro_elastic.machine.congruent import congruent_joints, congruent_symbols
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -57,7 +58,7 @@ def package(
 ) -> Package:
     """The package of traced models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine)
-    coupled, names = machine.is_coupled, FrameNames(machine)
+    coupled, names, limbs = machine.is_coupled, FrameNames(machine), congruent_joints(machine)
     return Package(
         name=machine.name,
         scene=scene,
@@ -81,6 +82,8 @@ def package(
         steps=tuple(steps),
         state=_state(machine),
         states=state_names(machine, any(model.model.name == CLOSED for model in traced)),
+        limbs=limbs,
+        congruent=congruent_symbols(machine, limbs),
     )
 
 

@@ -6,7 +6,7 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c.function import SINCOS, Array, CFunction, PartText
 from symoro_elastic.codegen.c.lines import INDENT, comment, statement, with_arguments
@@ -18,15 +18,19 @@ from symoro_elastic.symbolic.program import Section, by_section
 LONGEST_NAME = 24
 
 LARGE_STACK = 64_000
+IN_LANES = "#ifdef CONGRUENT_IN_LANES"
+"""Begins functions on vectors, in which congruent limbs are lanes."""
 
 
 @dataclass(frozen=True)
 class Routine:
-    """A function of C: its head without `static`, its body."""
+    """A function of C: its head without `static`, its body, lines of the preprocessor before and after it."""
 
     head: str
     body: str
     is_static: bool = False
+    opening: str = ""
+    closing: str = ""
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,8 @@ class FunctionText:
     routines: tuple[Routine, ...]
 
 
-def function_text(function: CFunction) -> FunctionText:
-    """Return the text of a model for one state."""
+def function_text(function: CFunction, in_lanes: CFunction | None = None) -> FunctionText:
+    """Return the text of a model for one state, and of the same work `in_lanes` of vectors where compilers have them."""
     about, stack = function_context(function.function), function.stack()
     main = head(function.name, function.signature, function.form.states)
     guaranteed = function.function.guaranteed.get(function.precision.name)
@@ -67,8 +71,20 @@ def function_text(function: CFunction) -> FunctionText:
         prepare=head(f"{function.name}_prepare", of_preparing(function)),
         prepared=head(f"{function.name}_prepared", function.arrays, function.form.states),
         in_box=in_box(function, guaranteed) if guaranteed else None,
-        routines=(*preparing(function), *working(function, working_name), *in_two_steps),
+        routines=(*preparing(function), *_either(function, in_lanes, working_name), *in_two_steps),
     )
+
+
+def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[Routine]:
+    """The functions that do the work of a call, those on vectors in place of the others where compilers have them."""
+    routines = working(function, name)
+    if in_lanes is None:
+        return routines
+    first, *others = working(in_lanes, name)
+    vectors = [replace(first, opening=IN_LANES), *others]
+    routines[0] = replace(routines[0], opening="#else")
+    routines[-1] = replace(routines[-1], closing="#endif")
+    return [*vectors, *routines]
 
 
 def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:

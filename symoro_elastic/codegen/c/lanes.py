@@ -1,0 +1,294 @@
+"""A model whose congruent limbs are lanes of vectors: one statement for the quantities of two or four limbs.
+
+Vectors are those of GCC and Clang, whose operators work lane by lane and take a number for all lanes. A vector has the
+name of the quantity in its first lane, so statements read as those of the first limb; `x[1]` is that of the second one.
+Sums are carried out as in the text without vectors, so results have its bits where products and sums are not fused.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from symoro_elastic.codegen.body import Indices
+from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
+from symoro_elastic.codegen.c.lines import INDENT, statement
+from symoro_elastic.codegen.c.printers import FUNCTIONS, CPrinter
+from symoro_elastic.codegen.c.rows import Stored
+from symoro_elastic.codegen.outlined import SPILL
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.partition import Part, Step, partition
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.printed_order import in_printed_order
+from symoro_elastic.codegen.printers import ATOM, OPERATORS, PRODUCT, Printed, Text
+from symoro_elastic.symbolic.expression import Expression, Level, Operand
+from symoro_elastic.symbolic.operations import ADD, OPERATIONS, SYMBOL
+from symoro_elastic.symbolic.program import Program, Section, Statement
+from symoro_elastic.symbolic.symmetry import Vector, lanes_of
+
+WORTH = 0.8
+"""Part of the operations without vectors that is left where vectors are written: gathers cost what less would save."""
+TYPE = "lanes{}"
+"""The name in C of a vector of so many doubles."""
+
+
+def in_lanes(function: CFunction) -> LanesFunction | None:
+    """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
+    if not function.package.congruent or function.precision is not DOUBLE:
+        return None
+    program = in_printed_order(function.function.program)[0]
+    variables = Variables(program, function.package)
+    scalar = {s.node.id: s.node for s in (*program.once, *program.statements)}
+    if variables.operations() > WORTH * operations([s.node for s in program.statements], scalar):
+        return None
+    return LanesFunction(function, program, variables)
+
+
+def operations(roots: Iterable[Expression], named: Mapping[int, object]) -> int:
+    """Number of operations that statements of these nodes carry out where others are `named`."""
+    total, stack = 0, [*roots]
+    while stack:
+        node = stack.pop()
+        total += bool(OPERATIONS[node.operation].counted_as) if node.operation != SYMBOL else 0
+        stack += [x for x in node.needs if x.id not in named]
+    return total
+
+
+class Variables:
+    """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
+
+    `statements` are those of both. `gathered` are the names of arguments, or of values that depend on parameters only,
+    that are lanes of a vector, by its name. An expression has a text `in_vectors` and another one `in_numbers`.
+    """
+
+    def __init__(self, program: Program, package: Package) -> None:
+        self.lanes = lanes_of(program.nodes, package.congruent)
+        self.package = package
+        self.vectors: dict[str, Vector] = {}
+        self.gathered: dict[str, tuple[str, ...]] = {}
+        self.in_vectors = {s.node.id: Text(s.negative, s.name, ATOM) for s in (*program.once, *program.statements)}
+        self.in_numbers, self._single = dict(self.in_vectors), dict(self.in_vectors)
+        own = {s.node.id: s for s in (*program.once, *program.statements)}
+        for node in program.nodes:
+            lane = self.lanes.get(node.id)
+            if node.operation == SYMBOL and lane and lane.number == 0:
+                self._gather(lane.vector, [x.operands[0] for x in lane.vector.nodes])
+        for s in program.once:
+            lane = self.lanes.get(s.node.id)
+            if lane and lane.number == 0 and all(x.id in own for x in lane.vector.nodes):
+                self._gather(lane.vector, [own[x.id].name for x in lane.vector.nodes], s.negative)
+        self.statements: list[Statement] = []
+        named: set[Vector] = set()
+        for s in program.statements:
+            lane = self.lanes.get(s.node.id)
+            if lane is None:
+                self.statements.append(s)
+            elif lane.vector not in named:
+                named.add(lane.vector)
+                self._name(lane.vector, own.get(lane.vector.nodes[0].id, s))
+
+    def _gather(self, vector: Vector, names: Sequence[str], negative: bool = False) -> None:
+        """Make a vector of arguments, or of values that depend on parameters only."""
+        self.gathered[names[0]] = tuple(names)
+        self._declare(vector, names[0], negative)
+
+    def _name(self, vector: Vector, first: Statement) -> None:
+        """Make a vector of the statements of congruent quantities, which has the name of the first."""
+        node, section = vector.nodes[0], first.section
+        negative = first.negative and first.node is node
+        self._declare(vector, first.name, negative)
+        self.statements.append(Statement(first.name, node, negative, self._of_all(section)))
+
+    def _declare(self, vector: Vector, name: str, negative: bool) -> None:
+        self.vectors[name] = vector
+        self.in_vectors[vector.nodes[0].id] = Text(negative, name, ATOM)
+        for k, (node, sign) in enumerate(zip(vector.nodes, vector.signs, strict=True)):
+            self.in_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
+
+    def _of_all(self, section: Section) -> Section:
+        """A section of a limb, which names the congruent joints of the others."""
+        others = next((joints for joints in self.package.limbs if section.joint in joints), ())
+        names = self.package.joint_names
+        texts = [f"{j} ({names[j - 1]})" for j in others if j != section.joint]
+        return section._replace(equations=f"with {', '.join(texts)} {section.equations}") if texts else section
+
+    def keep_gathered(self, used: Iterable[str]) -> None:
+        """Leave as numbers what is in no vector that statements use."""
+        for name in self.gathered.keys() - {*used}:
+            for node in self.vectors.pop(name).nodes:
+                del self.in_numbers[node.id]
+                self.in_numbers |= {k: text for k, text in self._single.items() if k == node.id}
+            del self.gathered[name]
+
+    def operations(self) -> int:
+        """Number of operations, on vectors or numbers; a change of signs in a sum counts as well."""
+        flips = {id(lane.vector) for lane in self.lanes.values() if lane.vector.flips}
+        return operations([s.node for s in self.statements], self.in_vectors | self.in_numbers) + len(flips)
+
+    def type_of(self, name: str, number: str = "double") -> str:
+        """The type of a variable in C."""
+        return TYPE.format(self.vectors[name].width) if name in self.vectors else number
+
+
+class LanesPrinter(CPrinter):
+    """Statements on vectors as those of their first lanes, and statements on numbers, which may be lanes."""
+
+    lanes: Variables
+
+    def text_of(self, statement: Statement) -> Printed:
+        """The expression that a statement assigns, and the names in it, those of all lanes of gathered vectors too."""
+        lanes = self.lanes
+        self.variables = lanes.in_vectors if statement.name in lanes.vectors else lanes.in_numbers
+        printed = super().text_of(statement)
+        self.variables = lanes.in_numbers
+        return printed._replace(names=self.names(printed.names))
+
+    def names(self, printed: Iterable[str]) -> frozenset[str]:
+        """Names of variables of which entries, or lanes, are printed."""
+        names = {name.partition("[")[0] for name in printed}
+        return frozenset(names.union(*(self.lanes.gathered.get(name, ()) for name in names)))
+
+    def operation(self, node: Expression, flipped: bool = False) -> Text:
+        """The operation of a node, of all lanes where it is computed with vectors."""
+        lane = self.lanes.lanes.get(node.id)
+        if lane is None or self.variables is self.lanes.in_numbers:
+            return super().operation(node, flipped)
+        vector = lane.vector
+        if node.operation in FUNCTIONS:
+            return self._one_by_one(vector, flipped)
+        operands = [self._constants(vector, k) for k in range(len(node.operands))]
+        if not any(operands) and not vector.flips:
+            return super().operation(node, flipped)
+        texts = [constant or self.text(x) for constant, x in zip(operands, node.operands, strict=True)]
+        if vector.flips:
+            signs = self._numbers(vector.width, map(float, vector.flips))
+            texts[1] = Text(texts[1].negative, f"{signs}*{texts[1].factor(ATOM)}", PRODUCT)
+        return OPERATORS[node.operation](flipped, *texts)
+
+    def _one_by_one(self, vector: Vector, flipped: bool) -> Text:
+        """A vector of the values of a function."""
+        self.variables = self.lanes.in_numbers
+        texts = [super(LanesPrinter, self).operation(node).signed() for node in vector.nodes]
+        self.variables = self.lanes.in_vectors
+        return Text(flipped, f"({TYPE.format(vector.width)}){{{', '.join(texts)}}}", ATOM)
+
+    def _constants(self, vector: Vector, k: int) -> Text | None:
+        """Operand k where it is a constant that differs from lane to lane."""
+        constants = [node.operands[k] for node in vector.nodes]
+        if any(isinstance(x, Expression) and x.level > Level.CONSTANT for x in constants):
+            return None
+        signs = vector.signs if vector.nodes[0].operation == ADD else (1,) * vector.width
+        values = [sign * self._value(x) for sign, x in zip(signs, constants, strict=True)]
+        return None if len({*values}) == 1 else Text(False, self._numbers(vector.width, values), ATOM)
+
+    def _value(self, x: Operand) -> float:
+        return self.constants[x.id] if isinstance(x, Expression) else float(x)
+
+    def _numbers(self, width: int, values: Iterable[float]) -> str:
+        return f"({TYPE.format(width)}){{{', '.join(self._number(value).signed() for value in values)}}}"
+
+
+class LanesWriter(CWriter):
+    """Statements of C on vectors and numbers."""
+
+    lanes: Variables
+    spilled: str
+
+    def assignment(self, statement_: Statement) -> str:
+        """A statement with the type of its variable."""
+        head = f"{INDENT}const {self.lanes.type_of(statement_.name)} {statement_.name} = "
+        return statement(head, f"{self.printer.right_side(statement_)};")
+
+    def unpack_lines(
+        self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
+    ) -> dict[str, str]:
+        """The lines that unpack entries of arrays, those of congruent joints into a vector."""
+        lanes, used = self.lanes, {*used}
+        if SPILL in arguments:
+            return {name: self._from_spill(name, k) for name, k in arguments[SPILL].items() if name in used}
+        gathered = {name: names for name, names in lanes.gathered.items() if name in used}
+        hidden = {name for names in gathered.values() for name in names}
+        lines = super().unpack_lines(arguments, used, read)
+        right = {name: line.partition(" = ")[2].rstrip(";") for name, line in lines.items()}
+        return {
+            name: f"{INDENT}const {lanes.type_of(name)} {name} = {{{', '.join(right[x] for x in gathered[name])}}};"
+            if name in gathered
+            else line
+            for name, line in lines.items()
+            if name in gathered or name not in hidden
+        }
+
+    def _from_spill(self, name: str, k: str) -> str:
+        """The line that reads a variable of another part."""
+        type_ = self.lanes.type_of(name)
+        width = self.lanes.vectors[name].width if name in self.lanes.vectors else 1
+        lanes = ", ".join(f"{SPILL}[{k}][{lane}]" for lane in range(width))
+        right = f"{SPILL}[{k}]" if type_ == self.spilled else f"{{{lanes}}}" if width > 1 else lanes
+        return f"{INDENT}const {type_} {name} = {right};"
+
+
+class LanesFunction(CFunction):
+    """The work of a model on one state, congruent limbs in lanes; `scalar` is the same without vectors."""
+
+    def __init__(self, scalar: CFunction, program: Program, lanes: Variables) -> None:
+        self.scalar, self.lanes = scalar, lanes
+        spilled = TYPE.format(max(vector.width for vector in lanes.vectors.values()))
+        form = replace(scalar.form, number=spilled, outlined=0)
+        super().__init__(scalar.package, replace(scalar.function, program=program), scalar.precision, form)
+
+    def _begin_text(self) -> None:
+        program, real, joints = self.function.program, self.form.real, self.package.joint_names
+        self.printer = LanesPrinter(program, self.precision, self.angles, self.form)
+        self.writer = LanesWriter(self.printer, real, real, joints)
+        self.once_writer = LanesWriter(self.printer, real, real, joints)
+        self.printer.lanes = self.writer.lanes = self.once_writer.lanes = self.lanes
+        self.writer.spilled = self.once_writer.spilled = self.form.number
+
+    def _partition(self) -> None:
+        lanes = self.lanes
+        steps = self._steps([s for s in lanes.statements if s.name in lanes.vectors])
+        lanes.keep_gathered(name for step in steps for name in step.uses)
+        steps = _in_order(self._steps(lanes.statements))
+        self.stored, at_end = self._stores()
+        self.steps = of_use(steps, at_end)
+        self.used = at_end.union(*(step.uses for step in self.steps))
+        self.constants, self.c, self.outline = self.scalar.constants, self.scalar.c, None
+        self.parts, self.slots = partition(self.steps, at_end, self.form.part)
+
+    def _stores(self) -> tuple[list[Stored], frozenset[str]]:
+        self.printer.variables = self.lanes.in_numbers
+        stored, names = super()._stores()
+        return stored, self.printer.names(names)
+
+    def _to_spill(self, part: Part) -> list[tuple[str, str]]:
+        """Variables that other parts need, and the lines that store them."""
+        return [(name, line) for name, k in part.live_out.items() for line in self._stored_lanes(name, k)]
+
+    def _stored_lanes(self, name: str, k: int) -> Iterator[str]:
+        vector = self.lanes.vectors.get(name)
+        if vector and self.lanes.type_of(name) == self.form.number:
+            yield f"{INDENT}{SPILL}[{k}] = {name};"
+        else:
+            lanes = [f"{name}[{lane}]" for lane in range(vector.width)] if vector else [name]
+            yield from (f"{INDENT}{SPILL}[{k}][{lane}] = {value};" for lane, value in enumerate(lanes))
+
+
+def _in_order(steps: Sequence[Step]) -> list[Step]:
+    """Steps after those that they need, else as they are: a vector has to wait for what its last lane needs."""
+    places = {step.statement.name: k for k, step in enumerate(steps)}
+    needed = [{places[name] for name in step.uses if name in places} for step in steps]
+    users: list[list[int]] = [[] for _ in steps]
+    for k, earlier in enumerate(needed):
+        for place in earlier:
+            users[place].append(k)
+    ready = [k for k, earlier in enumerate(needed) if not earlier]
+    result = []
+    while ready:
+        k = heapq.heappop(ready)
+        result.append(steps[k])
+        for user in users[k]:
+            needed[user].discard(k)
+            if not needed[user]:
+                heapq.heappush(ready, user)
+    return result
