@@ -8,8 +8,12 @@ Sums are carried out as in the text without vectors, so results have its bits wh
 from __future__ import annotations
 
 import heapq
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import count
+from typing import ClassVar
 
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
@@ -21,9 +25,9 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printed_order import in_printed_order
-from symoro_elastic.codegen.printers import ATOM, OPERATORS, PRODUCT, Printed, Text
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Rule, Text, grouped_sum
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
-from symoro_elastic.symbolic.operations import ADD, OPERATIONS, SYMBOL
+from symoro_elastic.symbolic.operations import ADD, NEGATE, OPERATIONS, SUBTRACT, SYMBOL
 from symoro_elastic.symbolic.program import Program, Section, Statement
 from symoro_elastic.symbolic.symmetry import Vector, lanes_of
 
@@ -32,17 +36,30 @@ WORTH = 0.8
 TYPE = "lanes{}"
 """The name in C of a vector of so many doubles."""
 
+LITERAL = re.compile(rf"\({TYPE.format('[0-9]')}\)({{[^{{}}]*}})")
+"""The lanes of a vector; where it is all of a statement, C needs no type."""
+
 
 def in_lanes(function: CFunction) -> LanesFunction | None:
     """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
     if not function.package.congruent or function.precision is not DOUBLE:
         return None
-    program = in_printed_order(function.function.program)[0]
+    program = _as_printed(function.function.program)
     variables = Variables(program, function.package)
     scalar = {s.node.id: s.node for s in (*program.once, *program.statements)}
     if variables.operations() > WORTH * operations([s.node for s in program.statements], scalar):
         return None
     return LanesFunction(function, program, variables)
+
+
+def _as_printed(program: Program) -> Program:
+    """The program as its text is carried out, signs of statements aside from their nodes."""
+    program = in_printed_order(program)[0]
+    statements = (
+        s._replace(node=s.node.positive, negative=s.negative != (s.node.operation == NEGATE))
+        for s in program.statements
+    )
+    return replace(program, statements=tuple(statements))
 
 
 def operations(roots: Iterable[Expression], named: Mapping[int, object]) -> int:
@@ -64,52 +81,80 @@ class Variables:
 
     def __init__(self, program: Program, package: Package) -> None:
         self.lanes = lanes_of(program.nodes, package.congruent)
-        self.package = package
+        self._package = package
+        self._own = {s.node.id: s for s in (*program.once, *program.statements)}
+        self._numbers = {number: Text(s.negative, s.name, ATOM) for number, s in self._own.items()}
+        self.in_vectors, self.in_numbers = dict(self._numbers), dict(self._numbers)
         self.vectors: dict[str, Vector] = {}
+        self._named: set[Vector] = set()
         self.gathered: dict[str, tuple[str, ...]] = {}
-        self.in_vectors = {s.node.id: Text(s.negative, s.name, ATOM) for s in (*program.once, *program.statements)}
-        self.in_numbers, self._single = dict(self.in_vectors), dict(self.in_vectors)
-        own = {s.node.id: s for s in (*program.once, *program.statements)}
-        for node in program.nodes:
-            lane = self.lanes.get(node.id)
-            if node.operation == SYMBOL and lane and lane.number == 0:
-                self._gather(lane.vector, [x.operands[0] for x in lane.vector.nodes])
-        for s in program.once:
-            lane = self.lanes.get(s.node.id)
-            if lane and lane.number == 0 and all(x.id in own for x in lane.vector.nodes):
-                self._gather(lane.vector, [own[x.id].name for x in lane.vector.nodes], s.negative)
         self.statements: list[Statement] = []
-        named: set[Vector] = set()
+        self._names = {s.name for s in self._own.values()} | program.used
+        self._names |= {array.name for array in (*program.inputs, *program.outputs)}
+        self._name_gathered(program)
+        self._name_statements(program)
+
+    def _name_gathered(self, program: Program) -> None:
+        """Make vectors of arguments and parameters, and of what depends on parameters only."""
+        symbols = {x.id: (x.operands[0], False) for x in program.nodes if x.operation == SYMBOL}
+        names = symbols | {s.node.id: (s.name, s.negative) for s in program.once}
+        for number, (name, negative) in names.items():
+            lane = self.lanes.get(number)
+            if lane and lane.number == 0 and all(x.id in names for x in lane.vector.nodes):
+                self.gathered[name] = tuple(names[x.id][0] for x in lane.vector.nodes)
+                self._declare(lane.vector, name, negative)
+
+    def _name_statements(self, program: Program) -> None:
+        """Make vectors of congruent statements, and of congruent parts of other statements and results."""
         for s in program.statements:
             lane = self.lanes.get(s.node.id)
             if lane is None:
+                self._name_within(s.node.needs, s.name, s.section)
                 self.statements.append(s)
-            elif lane.vector not in named:
-                named.add(lane.vector)
-                self._name(lane.vector, own.get(lane.vector.nodes[0].id, s))
+            elif lane.vector not in self._named:
+                self._name(lane.vector, s)
+        for output in program.outputs:
+            entries = [x for x in output.entries if isinstance(x, Expression)]
+            self._name_within(entries, output.name, Section("Results"))
 
-    def _gather(self, vector: Vector, names: Sequence[str], negative: bool = False) -> None:
-        """Make a vector of arguments, or of values that depend on parameters only."""
-        self.gathered[names[0]] = tuple(names)
-        self._declare(vector, names[0], negative)
+    def _name_within(self, roots: Iterable[Expression], name: str, section: Section) -> None:
+        """Make vectors of the largest parts of numbers that are lanes of vectors without a name."""
+        stack = [*roots]
+        while stack:
+            node = stack.pop()
+            lane = self.lanes.get(node.id)
+            if node.id in self.in_numbers or node.operation in (SYMBOL, *FUNCTIONS):
+                continue
+            if lane is None or node.operation == NEGATE:
+                stack += node.needs
+            else:
+                self._name(lane.vector, Statement(self._free(f"{name}_of_limbs"), node, False, section))
 
-    def _name(self, vector: Vector, first: Statement) -> None:
-        """Make a vector of the statements of congruent quantities, which has the name of the first."""
-        node, section = vector.nodes[0], first.section
-        negative = first.negative and first.node is node
-        self._declare(vector, first.name, negative)
-        self.statements.append(Statement(first.name, node, negative, self._of_all(section)))
+    def _free(self, name: str) -> str:
+        """The name, with a number where another variable has it."""
+        found = next(x for x in (f"{name}{k or ''}" for k in count()) if x not in self._names)
+        self._names.add(found)
+        return found
+
+    def _name(self, vector: Vector, s: Statement) -> None:
+        """Make a vector with the name of its first lane, or of a statement of another lane where that has none."""
+        first = vector.nodes[0]
+        s = self._own.get(first.id, s)
+        negative = s.negative and s.node is first
+        self._declare(vector, s.name, negative)
+        self.statements.append(Statement(s.name, first, negative, self._of_all(s.section)))
 
     def _declare(self, vector: Vector, name: str, negative: bool) -> None:
         self.vectors[name] = vector
+        self._named.add(vector)
         self.in_vectors[vector.nodes[0].id] = Text(negative, name, ATOM)
         for k, (node, sign) in enumerate(zip(vector.nodes, vector.signs, strict=True)):
             self.in_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
 
     def _of_all(self, section: Section) -> Section:
         """A section of a limb, which names the congruent joints of the others."""
-        others = next((joints for joints in self.package.limbs if section.joint in joints), ())
-        names = self.package.joint_names
+        others = next((joints for joints in self._package.limbs if section.joint in joints), ())
+        names = self._package.joint_names
         texts = [f"{j} ({names[j - 1]})" for j in others if j != section.joint]
         return section._replace(equations=f"with {', '.join(texts)} {section.equations}") if texts else section
 
@@ -118,7 +163,7 @@ class Variables:
         for name in self.gathered.keys() - {*used}:
             for node in self.vectors.pop(name).nodes:
                 del self.in_numbers[node.id]
-                self.in_numbers |= {k: text for k, text in self._single.items() if k == node.id}
+                self.in_numbers |= {x: self._numbers[x] for x in (node.id,) if x in self._numbers}
             del self.gathered[name]
 
     def operations(self) -> int:
@@ -134,6 +179,11 @@ class Variables:
 class LanesPrinter(CPrinter):
     """Statements on vectors as those of their first lanes, and statements on numbers, which may be lanes."""
 
+    operators: ClassVar[Mapping[str, Rule]] = {
+        **CPrinter.operators,
+        ADD: grouped_sum,
+        SUBTRACT: partial(grouped_sum, subtracted=True),
+    }
     lanes: Variables
 
     def text_of(self, statement: Statement) -> Printed:
@@ -142,7 +192,8 @@ class LanesPrinter(CPrinter):
         self.variables = lanes.in_vectors if statement.name in lanes.vectors else lanes.in_numbers
         printed = super().text_of(statement)
         self.variables = lanes.in_numbers
-        return printed._replace(names=self.names(printed.names))
+        literal = LITERAL.fullmatch(printed.text)
+        return Printed(literal[1] if literal else printed.text, self.names(printed.names))
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
         """Names of variables of which entries, or lanes, are printed."""
@@ -164,7 +215,7 @@ class LanesPrinter(CPrinter):
         if vector.flips:
             signs = self._numbers(vector.width, map(float, vector.flips))
             texts[1] = Text(texts[1].negative, f"{signs}*{texts[1].factor(ATOM)}", PRODUCT)
-        return OPERATORS[node.operation](flipped, *texts)
+        return self.operators[node.operation](flipped, *texts)
 
     def _one_by_one(self, vector: Vector, flipped: bool) -> Text:
         """A vector of the values of a function."""

@@ -54,7 +54,7 @@ class FunctionText:
 
 
 def function_text(function: CFunction, in_lanes: CFunction | None = None) -> FunctionText:
-    """Return the text of a model for one state, and of the same work `in_lanes` of vectors where compilers have them."""
+    """Return the text of a model for one state; `in_lanes` is the same work where compilers have vectors."""
     about, stack = function_context(function.function), function.stack()
     main = head(function.name, function.signature, function.form.states)
     guaranteed = function.function.guaranteed.get(function.precision.name)
