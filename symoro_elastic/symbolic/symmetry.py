@@ -19,6 +19,8 @@ from symoro_elastic.symbolic.expression import Expression, Level, Operand
 
 WIDTHS = (2, 4)
 """Numbers of lanes of vectors: those of the registers of processors, for doubles."""
+DEEPEST = 4
+"""Operations of vectors of numbers that are no lanes: such numbers exist already, but each for itself."""
 SUMS, FACTORS = (op.ADD, op.SUBTRACT), (op.MULTIPLY, op.DIVIDE, op.NEGATE)
 Shape: TypeAlias = "tuple[str | int, ...]"
 """An operation, those of sums aside, and the numbers of its operands, -1 for a constant."""
@@ -28,10 +30,13 @@ Shape: TypeAlias = "tuple[str | int, ...]"
 class Vector:
     """Congruent nodes. Lane k is nodes[k] times signs[k], 1 or -1; the first sign is 1.
 
-    In a sum on vectors the second operand counts times `flips` of the lanes, where these differ.
+    It is the operation of the first node on `operands`: vectors, numbers that are the same in all lanes, or constants
+    by lane. In a sum the second one counts times `flips`, where these differ. Without operands numbers are put side by
+    side: symbols, values of functions, and numbers that are computed in different ways.
     """
 
     nodes: tuple[Expression, ...]
+    operands: tuple[Vector | Operand | tuple[Operand, ...], ...]
     signs: tuple[int, ...]
     flips: tuple[int, ...] = ()
 
@@ -63,14 +68,18 @@ class _Congruence:
     def __init__(self, nodes: Sequence[Expression], cycles: Iterable[Sequence[str]]) -> None:
         self.lanes: dict[int, Lane] = {}
         self._fixed: set[int] = set()
+        self._vectors: dict[tuple[int, ...], Vector] = {}
         self._by_shape: dict[Shape, list[Expression]] = defaultdict(list)
+        self._users: dict[Shape, list[Expression]] = defaultdict(list)
         for node in nodes:
             self._by_shape[_shape(node.operation, node.operands)].append(node)
+            for place, x in enumerate(node.operands if len(node.needs) > 1 else ()):
+                self._users[_use(node, place, x)].append(node)
         symbols = {node.operands[0]: node for node in nodes if node.operation == op.SYMBOL}
         renamed = {name for cycle in cycles for name in cycle}
         for cycle in cycles:
             if len(cycle) in WIDTHS and symbols.keys() >= {*cycle}:
-                self._add(Vector(tuple(map(symbols.__getitem__, cycle)), (1,) * len(cycle)))
+                self._add(_side_by_side(tuple(map(symbols.__getitem__, cycle))))
         for node in nodes:
             if node.level == Level.CONSTANT or (node.operation == op.SYMBOL and node.operands[0] not in renamed):
                 self._fixed.add(node.id)
@@ -104,37 +113,21 @@ class _Congruence:
         relation, constants = self._relation(node, node.operands), _constants(node)
         operands = [self._turned(x, turn) for x in node.operands]
         return min(
-            candidates,
+            candidates or self._similar(node, operands),
             key=lambda x: (_constants(x) != constants, self._relation(x, operands) != relation),
             default=None,
         )
 
-    def _relation(self, node: Expression, operands: Sequence[Operand]) -> int:
-        """The sign of the second operand of a sum of lanes relative to the first, with the signs of their lanes."""
-        return prod(self._coefficient(node, x) for x in operands) if _is_sum(node) else 1
-
-    def _coefficient(self, node: Expression, x: Operand) -> int:
-        """The sign of the lane of an operand in a sum."""
-        minus = node.operation == op.SUBTRACT and node.operands[1] is x
-        return -self._sign(x) if minus else self._sign(x)
-
-    def _sign(self, x: Operand) -> int:
-        lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
-        return lane.vector.signs[lane.number] if lane else 1
-
-    def _vector(self, nodes: tuple[Expression, ...]) -> Vector:
-        """The vector of congruent nodes."""
-        operation, operands = nodes[0].operation, nodes[0].operands
-        signs, flips = (1,) * len(nodes), ()
-        if _is_sum(nodes[0]):
-            first, second = (
-                [self._coefficient(node, self._turned(x, k)) for k, node in enumerate(nodes)] for x in operands
-            )
-            signs = tuple(first[0] * sign for sign in first)
-            flips = tuple(second[0] * x * y for x, y in zip(second, signs, strict=True))
-        elif operation in (*SUMS, *FACTORS):
-            signs = tuple(prod(map(self._sign, node.needs)) for node in nodes)
-        return Vector(nodes, signs, flips if -1 in flips else ())
+    def _similar(self, node: Expression, operands: Sequence[Operand]) -> list[Expression]:
+        """Nodes with the operand that is a lane, and another one that is fixed, but computed with other constants."""
+        moving = [k for k, x in enumerate(node.needs) if x.id not in self._fixed]
+        if len(node.needs) < 2 or len(moving) > 1:
+            return []
+        (k,) = moving
+        other = node.needs[1 - k]
+        users = self._users.get(_use(node, k, operands[k]), ())
+        free = [x for x in users if x.id not in self.lanes and any(y.id in self._fixed for y in x.needs)]
+        return [x for x in free if any(_kind(y) == _kind(other) for y in x.needs if y.id in self._fixed)]
 
     def _image(self, node: Expression, turn: int) -> Shape:
         """The shape of the image of a node, so many lanes further."""
@@ -144,15 +137,101 @@ class _Congruence:
         lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
         return lane.vector.nodes[(lane.number + turn) % lane.vector.width] if lane else x
 
+    def _relation(self, node: Expression, operands: Sequence[Operand]) -> int:
+        """The sign of the second operand of a sum of lanes relative to the first, with the signs of their lanes."""
+        minus = [node.operation == op.SUBTRACT and node.operands[1] is x for x in operands]
+        return prod(-self._sign(x) if sign else self._sign(x) for sign, x in zip(minus, operands, strict=True))
+
+    def _sign(self, x: Operand) -> int:
+        lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
+        return lane.vector.signs[lane.number] if lane else 1
+
+    def _vector(self, nodes: tuple[Expression, ...], depth: int = 0) -> Vector:
+        """The vector of congruent nodes, or of fixed ones that are computed in the same way."""
+        key = tuple(node.id for node in nodes)
+        if key not in self._vectors:
+            self._vectors[key] = self._combined(nodes, depth)
+        return self._vectors[key]
+
+    def _combined(self, nodes: tuple[Expression, ...], depth: int) -> Vector:
+        if nodes[0].operation not in (*SUMS, *FACTORS) or len({_kind(node) for node in nodes}) > 1 or depth > DEEPEST:
+            return _side_by_side(nodes)
+        orders = [self._order(nodes[0], node, k) for k, node in enumerate(nodes)]
+        columns = [
+            tuple(node.operands[order[place]] for node, order in zip(nodes, orders, strict=True)) for place in orders[0]
+        ]
+        operands = tuple(self._operand(column, depth) for column in columns)
+        signs = [x.signs if isinstance(x, Vector) else (1,) * len(nodes) for x in operands]
+        if not _is_sum(nodes[0]):
+            total = tuple(map(prod, zip(*signs, strict=True)))
+            is_shifted = nodes[0].operation == op.ADD and -1 in total
+            return Vector(nodes, (operands[0], columns[1]) if is_shifted else operands, total)
+        minus = [node.operation == op.SUBTRACT for node in nodes]
+        first, second = (
+            [
+                -sign if is_minus and order[place] else sign
+                for sign, is_minus, order in zip(x, minus, orders, strict=True)
+            ]
+            for place, x in enumerate(signs)
+        )
+        total = tuple(first[0] * sign for sign in first)
+        flips = tuple(second[0] * x * y for x, y in zip(second, total, strict=True))
+        return Vector(nodes, operands, total, flips if -1 in flips else ())
+
+    def _order(self, first: Expression, node: Expression, k: int) -> tuple[int, ...]:
+        """The operands of lane k, by position, in the order of those of the first lane."""
+        order = tuple(range(len(node.operands)))
+        if first.operation not in (*SUMS, op.MULTIPLY) or len(node.needs) < 2:
+            return order
+
+        def likeness(order: tuple[int, ...]) -> int:
+            pairs = zip(first.needs, order, strict=True)
+            return sum(self._likeness(x, node.needs[place], k) for x, place in pairs)
+
+        return max(order, order[::-1], key=likeness)
+
+    def _likeness(self, x: Expression, y: Expression, k: int) -> int:
+        """How much y in lane k is what x is in the first lane."""
+        if self._turned(x, k) is y:
+            return 3
+        return 0 if x.id in self.lanes or y.id in self.lanes else int(_kind(x) == _kind(y))
+
+    def _operand(self, column: tuple[Operand, ...], depth: int) -> Vector | Operand | tuple[Operand, ...]:
+        """An operand of a vector by its lanes."""
+        nodes = [x for x in column if isinstance(x, Expression) and x.level > Level.CONSTANT]
+        if len(nodes) < len(column):
+            return column[0] if all(x is column[0] or x == column[0] for x in column) else column
+        if all(x is nodes[0] for x in nodes):
+            return nodes[0]
+        lane = self.lanes.get(nodes[0].id)
+        if lane and lane.vector.nodes == column:
+            return lane.vector
+        return self._vector(tuple(nodes), depth + 1)
+
+
+def _side_by_side(nodes: tuple[Expression, ...]) -> Vector:
+    return Vector(nodes, (), (1,) * len(nodes))
+
 
 def _is_sum(node: Expression) -> bool:
     """Whether a node is the sum or the difference of two nodes."""
-    return node.operation in SUMS and len(node.needs) > 1 and _constants(node) == []
+    return node.operation in SUMS and _constants(node) == []
 
 
 def _constants(node: Expression) -> list[Operand]:
     """The constant operands of a node."""
     return [x for x in node.operands if not isinstance(x, Expression) or x.level == Level.CONSTANT]
+
+
+def _kind(node: Expression) -> Shape:
+    """The operation of a node, those of sums aside, and which operands are constants."""
+    return (_shape(node.operation, ())[0], *(x in _constants(node) for x in node.operands))
+
+
+def _use(node: Expression, place: int, x: Operand) -> Shape:
+    """A use of an operand by an operation, whose place in sums and products does not matter."""
+    is_symmetric = node.operation in (*SUMS, op.MULTIPLY)
+    return (_shape(node.operation, ())[0], -1 if is_symmetric else place, x.id if isinstance(x, Expression) else -1)
 
 
 def _shape(operation: str, operands: Iterable[Operand]) -> Shape:

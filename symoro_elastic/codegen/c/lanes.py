@@ -26,7 +26,7 @@ from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Rule, Text, grouped_sum
-from symoro_elastic.symbolic.expression import Expression, Level, Operand
+from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import ADD, NEGATE, OPERATIONS, SUBTRACT, SYMBOL
 from symoro_elastic.symbolic.program import Program, Section, Statement
 from symoro_elastic.symbolic.symmetry import Vector, lanes_of
@@ -76,7 +76,7 @@ class Variables:
     """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
 
     `statements` are those of both. `gathered` are the names of arguments, or of values that depend on parameters only,
-    that are lanes of a vector, by its name. An expression has a text `in_vectors` and another one `in_numbers`.
+    that are lanes of a vector, by its name. `of_vectors` and `of_numbers` are the texts of all that has a name.
     """
 
     def __init__(self, program: Program, package: Package) -> None:
@@ -84,9 +84,9 @@ class Variables:
         self._package = package
         self._own = {s.node.id: s for s in (*program.once, *program.statements)}
         self._numbers = {number: Text(s.negative, s.name, ATOM) for number, s in self._own.items()}
-        self.in_vectors, self.in_numbers = dict(self._numbers), dict(self._numbers)
+        self.of_numbers = dict(self._numbers)
+        self.of_vectors: dict[Vector, Text] = {}
         self.vectors: dict[str, Vector] = {}
-        self._named: set[Vector] = set()
         self.gathered: dict[str, tuple[str, ...]] = {}
         self.statements: list[Statement] = []
         self._names = {s.name for s in self._own.values()} | program.used
@@ -111,7 +111,7 @@ class Variables:
             if lane is None:
                 self._name_within(s.node.needs, s.name, s.section)
                 self.statements.append(s)
-            elif lane.vector not in self._named:
+            elif lane.vector not in self.of_vectors:
                 self._name(lane.vector, s)
         for output in program.outputs:
             entries = [x for x in output.entries if isinstance(x, Expression)]
@@ -123,7 +123,7 @@ class Variables:
         while stack:
             node = stack.pop()
             lane = self.lanes.get(node.id)
-            if node.id in self.in_numbers or node.operation in (SYMBOL, *FUNCTIONS):
+            if node.id in self.of_numbers or node.operation in (SYMBOL, *FUNCTIONS):
                 continue
             if lane is None or node.operation == NEGATE:
                 stack += node.needs
@@ -138,18 +138,33 @@ class Variables:
 
     def _name(self, vector: Vector, s: Statement) -> None:
         """Make a vector with the name of its first lane, or of a statement of another lane where that has none."""
-        first = vector.nodes[0]
-        s = self._own.get(first.id, s)
+        first, is_own = vector.nodes[0], self._is_own(vector)
+        s = self._own.get(first.id, s) if is_own else s
+        self._name_operands(vector, s)
         negative = s.negative and s.node is first
         self._declare(vector, s.name, negative)
         self.statements.append(Statement(s.name, first, negative, self._of_all(s.section)))
 
+    def _name_operands(self, vector: Vector, s: Statement) -> None:
+        """Make vectors of operands whose lanes are numbers for themselves as well."""
+        for x in vector.operands:
+            if isinstance(x, Vector) and x not in self.of_vectors:
+                if self._is_own(x):
+                    self._name_operands(x, s)
+                else:
+                    self._name(x, Statement(self._free(f"{s.name}_of_limbs"), x.nodes[0], False, s.section))
+
+    def _is_own(self, vector: Vector) -> bool:
+        """Whether numbers are computed as lanes of this vector, and nowhere else."""
+        lane = self.lanes.get(vector.nodes[0].id)
+        return lane is not None and lane.vector is vector
+
     def _declare(self, vector: Vector, name: str, negative: bool) -> None:
         self.vectors[name] = vector
-        self._named.add(vector)
-        self.in_vectors[vector.nodes[0].id] = Text(negative, name, ATOM)
+        self.of_vectors[vector] = Text(negative, name, ATOM)
         for k, (node, sign) in enumerate(zip(vector.nodes, vector.signs, strict=True)):
-            self.in_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
+            if self._is_own(vector):
+                self.of_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
 
     def _of_all(self, section: Section) -> Section:
         """A section of a limb, which names the congruent joints of the others."""
@@ -162,14 +177,23 @@ class Variables:
         """Leave as numbers what is in no vector that statements use."""
         for name in self.gathered.keys() - {*used}:
             for node in self.vectors.pop(name).nodes:
-                del self.in_numbers[node.id]
-                self.in_numbers |= {x: self._numbers[x] for x in (node.id,) if x in self._numbers}
+                del self.of_numbers[node.id]
+                self.of_numbers |= {x: self._numbers[x] for x in (node.id,) if x in self._numbers}
             del self.gathered[name]
 
     def operations(self) -> int:
         """Number of operations, on vectors or numbers; a change of signs in a sum counts as well."""
-        flips = {id(lane.vector) for lane in self.lanes.values() if lane.vector.flips}
-        return operations([s.node for s in self.statements], self.in_vectors | self.in_numbers) + len(flips)
+        numbers = [s.node for s in self.statements if s.name not in self.vectors]
+        return operations(numbers, self.of_numbers) + sum(map(self._operations_of, self.vectors.values()))
+
+    def _operations_of(self, vector: Vector) -> int:
+        """Number of operations of a vector, with those of operands without a name."""
+        if not vector.operands:
+            return operations([x for x in vector.nodes if x.operation in FUNCTIONS], self.of_numbers)
+        vectors = [x for x in vector.operands if isinstance(x, Vector) and x not in self.of_vectors]
+        numbers = [x for x in vector.operands if isinstance(x, Expression) and x.id not in self.of_numbers]
+        own = bool(OPERATIONS[vector.nodes[0].operation].counted_as) + bool(vector.flips)
+        return own + sum(map(self._operations_of, vectors)) + operations(numbers, self.of_numbers)
 
     def type_of(self, name: str, number: str = "double") -> str:
         """The type of a variable in C."""
@@ -188,50 +212,45 @@ class LanesPrinter(CPrinter):
 
     def text_of(self, statement: Statement) -> Printed:
         """The expression that a statement assigns, and the names in it, those of all lanes of gathered vectors too."""
-        lanes = self.lanes
-        self.variables = lanes.in_vectors if statement.name in lanes.vectors else lanes.in_numbers
-        printed = super().text_of(statement)
-        self.variables = lanes.in_numbers
-        literal = LITERAL.fullmatch(printed.text)
-        return Printed(literal[1] if literal else printed.text, self.names(printed.names))
+        vector = self.lanes.vectors.get(statement.name)
+        if vector is None:
+            printed = super().text_of(statement)
+            return printed._replace(names=self.names(printed.names))
+        self._statement, outside, self.referenced = statement, self.referenced, set()
+        text = self._vector(vector, statement.negative).signed()
+        literal = LITERAL.fullmatch(text)
+        names = self.names(self.referenced)
+        self._statement, self.referenced = None, outside
+        return Printed(literal[1] if literal else text, names)
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
         """Names of variables of which entries, or lanes, are printed."""
         names = {name.partition("[")[0] for name in printed}
         return frozenset(names.union(*(self.lanes.gathered.get(name, ()) for name in names)))
 
-    def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node, of all lanes where it is computed with vectors."""
-        lane = self.lanes.lanes.get(node.id)
-        if lane is None or self.variables is self.lanes.in_numbers:
-            return super().operation(node, flipped)
-        vector = lane.vector
-        if node.operation in FUNCTIONS:
-            return self._one_by_one(vector, flipped)
-        operands = [self._constants(vector, k) for k in range(len(node.operands))]
-        if not any(operands) and not vector.flips:
-            return super().operation(node, flipped)
-        texts = [constant or self.text(x) for constant, x in zip(operands, node.operands, strict=True)]
+    def _vector(self, vector: Vector, flipped: bool = False) -> Text:
+        """The operation of a vector."""
+        operation = vector.nodes[0].operation
+        if not vector.operands:
+            texts = [self.operation(x) if operation in FUNCTIONS else self.text(x) for x in vector.nodes]
+            return Text(flipped, f"({TYPE.format(vector.width)}){{{', '.join(x.signed() for x in texts)}}}", ATOM)
+        texts = [self._operand(vector, x) for x in vector.operands]
         if vector.flips:
             signs = self._numbers(vector.width, map(float, vector.flips))
             texts[1] = Text(texts[1].negative, f"{signs}*{texts[1].factor(ATOM)}", PRODUCT)
-        return self.operators[node.operation](flipped, *texts)
+        return self.operators[operation](flipped, *texts)
 
-    def _one_by_one(self, vector: Vector, flipped: bool) -> Text:
-        """A vector of the values of a function."""
-        self.variables = self.lanes.in_numbers
-        texts = [super(LanesPrinter, self).operation(node).signed() for node in vector.nodes]
-        self.variables = self.lanes.in_vectors
-        return Text(flipped, f"({TYPE.format(vector.width)}){{{', '.join(texts)}}}", ATOM)
-
-    def _constants(self, vector: Vector, k: int) -> Text | None:
-        """Operand k where it is a constant that differs from lane to lane."""
-        constants = [node.operands[k] for node in vector.nodes]
-        if any(isinstance(x, Expression) and x.level > Level.CONSTANT for x in constants):
-            return None
+    def _operand(self, vector: Vector, x: Vector | Operand | tuple[Operand, ...]) -> Text:
+        """An operand of a vector, by name where it has one."""
+        if isinstance(x, Vector):
+            text = self.lanes.of_vectors.get(x)
+            self.referenced |= {text.text} if text else set()
+            return text or self._vector(x)
+        if not isinstance(x, tuple):
+            return self.text(x)
         signs = vector.signs if vector.nodes[0].operation == ADD else (1,) * vector.width
-        values = [sign * self._value(x) for sign, x in zip(signs, constants, strict=True)]
-        return None if len({*values}) == 1 else Text(False, self._numbers(vector.width, values), ATOM)
+        values = [sign * self._value(value) for sign, value in zip(signs, x, strict=True)]
+        return Text(False, self._numbers(vector.width, values), ATOM)
 
     def _value(self, x: Operand) -> float:
         return self.constants[x.id] if isinstance(x, Expression) else float(x)
@@ -293,6 +312,7 @@ class LanesFunction(CFunction):
         self.printer = LanesPrinter(program, self.precision, self.angles, self.form)
         self.writer = LanesWriter(self.printer, real, real, joints)
         self.once_writer = LanesWriter(self.printer, real, real, joints)
+        self.printer.variables = self.lanes.of_numbers
         self.printer.lanes = self.writer.lanes = self.once_writer.lanes = self.lanes
         self.writer.spilled = self.once_writer.spilled = self.form.number
 
@@ -308,7 +328,6 @@ class LanesFunction(CFunction):
         self.parts, self.slots = partition(self.steps, at_end, self.form.part)
 
     def _stores(self) -> tuple[list[Stored], frozenset[str]]:
-        self.printer.variables = self.lanes.in_numbers
         stored, names = super()._stores()
         return stored, self.printer.names(names)
 
