@@ -8,15 +8,17 @@ same sign, the terms of the second follow those of the first; else the part with
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.program import Program, Section, Statement
 
+SUMS, RESULTS = (ADD, SUBTRACT), Section("Results")
 Signed: TypeAlias = tuple[bool, Operand]
 """Whether there is a minus before it, and an expression without a sign or a constant that is not negative."""
 
@@ -45,6 +47,45 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
         statements=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.statements),
         quantities={name: in_place(x) for name, x in program.quantities.items()},
     ), changed
+
+
+def with_named_sums(program: Program) -> Program:
+    """Return the program with variables for sums that are second terms of sums, which its text has without brackets.
+
+    Its text is then carried out as its graph has it, in every language: congruent nodes in the same order, whatever the
+    signs of their terms.
+    """
+    names = {s.name for s in (*program.once, *program.statements)} | program.used
+    names |= {array.name for array in (*program.inputs, *program.outputs)}
+    named = {s.node.id for s in (*program.once, *program.statements)}
+    statements: list[Statement] = []
+
+    def add(roots: Iterable[Expression], name: str, section: Section) -> None:
+        for node in _second_sums(roots, named):
+            free = next(x for x in (f"{name}_sum{k or ''}" for k in count()) if x not in names)
+            names.add(free)
+            named.add(node.id)
+            statements.append(Statement(free, node, False, section))
+
+    for s in program.statements:
+        add([s.node], s.name, s.section)
+        statements.append(s)
+    for output in program.outputs:
+        add([x for x in output.entries if isinstance(x, Expression) and x.id not in named], output.name, RESULTS)
+    return replace(program, statements=tuple(statements))
+
+
+def _second_sums(roots: Iterable[Expression], named: Collection[int]) -> list[Expression]:
+    """Sums without a variable that are second terms of sums, in the statements of these nodes; operands first."""
+    sums: dict[int, Expression] = {}
+    stack = [*roots]
+    while stack:
+        node = stack.pop()
+        needs = [x for x in node.needs if x.id not in named and x.level == Level.STATE]
+        stack += needs
+        if node.operation in SUMS:
+            sums |= {x.id: x for x in needs if x is node.operands[1] and x.operation in SUMS}
+    return [sums[number] for number in sorted(sums)]
 
 
 def in_place_of(x: Operand, changed: Mapping[int, Expression]) -> Operand:

@@ -23,7 +23,7 @@ Limbs: TypeAlias = tuple[tuple[int, ...], ...]
 def congruent_joints(machine: Machine) -> Limbs:
     """Return the joints of congruent limbs, by number, the largest limbs where some are within others.
 
-    Limbs are trees; what loops add to them is not compared.
+    Limbs are trees with joints that move; what loops add to them is not compared.
     """
     carried: dict[int, list[int]] = {}
     for j, joint in enumerate(machine.joints, start=1):
@@ -37,7 +37,8 @@ def congruent_joints(machine: Machine) -> Limbs:
             limbs = [*group]
             for size in GROUPS:
                 while len(limbs) >= size:
-                    groups += _corresponding(limbs[:size], carried, kinds)
+                    rows = [*_corresponding(limbs[:size], carried, kinds)]
+                    groups += rows if any(joints[0] in machine.articulated for joints in rows) else []
                     del limbs[:size]
             bodies += limbs
     return tuple(groups)

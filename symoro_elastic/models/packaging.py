@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
+from symoro_elastic.codegen.printed_order import with_named_sums
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.codegen.time_steps import CLOSED
 from symoro_elastic.machine.arguments import arguments, known_of_base
@@ -72,7 +73,7 @@ def package(
             for p in machine.parameters
             if p.name not in folded
         ),
-        functions=tuple(_function(machine, model, folded) for model in traced),
+        functions=tuple(_function(machine, model, folded, bool(limbs)) for model in traced),
         antecedents=tuple(joint.antecedent for joint in machine.joints),
         source=PurePath(machine.source).name,
         options=_options(machine, folded, scene),
@@ -107,8 +108,9 @@ def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, 
     return tuple(options)
 
 
-def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> Function:
-    model, program = traced.model, traced.program
+def _function(machine: Machine, traced: TracedModel, folded: Sequence[str], has_limbs: bool) -> Function:
+    model = traced.model
+    program = with_named_sums(traced.program) if has_limbs else traced.program
     frames_placed = [frame for result in traced.results.values() if result.rows is None for frame in result.frames]
     return Function(
         model.name,

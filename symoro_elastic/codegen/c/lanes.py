@@ -24,7 +24,6 @@ from symoro_elastic.codegen.outlined import SPILL
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Rule, Text, grouped_sum
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import ADD, NEGATE, OPERATIONS, SUBTRACT, SYMBOL
@@ -44,22 +43,12 @@ def in_lanes(function: CFunction) -> LanesFunction | None:
     """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
     if not function.package.congruent or function.precision is not DOUBLE:
         return None
-    program = _as_printed(function.function.program)
+    program = function.function.program
     variables = Variables(program, function.package)
     scalar = {s.node.id: s.node for s in (*program.once, *program.statements)}
     if variables.operations() > WORTH * operations([s.node for s in program.statements], scalar):
         return None
     return LanesFunction(function, program, variables)
-
-
-def _as_printed(program: Program) -> Program:
-    """The program as its text is carried out, signs of statements aside from their nodes."""
-    program = in_printed_order(program)[0]
-    statements = (
-        s._replace(node=s.node.positive, negative=s.negative != (s.node.operation == NEGATE))
-        for s in program.statements
-    )
-    return replace(program, statements=tuple(statements))
 
 
 def operations(roots: Iterable[Expression], named: Mapping[int, object]) -> int:
