@@ -140,7 +140,8 @@ class _Congruence:
     def _relation(self, node: Expression, operands: Sequence[Operand]) -> int:
         """The sign of the second operand of a sum of lanes relative to the first, with the signs of their lanes."""
         minus = [node.operation == op.SUBTRACT and node.operands[1] is x for x in operands]
-        return prod(-self._sign(x) if sign else self._sign(x) for sign, x in zip(minus, operands, strict=True))
+        signs = [-self._sign(x) if is_minus else self._sign(x) for is_minus, x in zip(minus, operands, strict=True)]
+        return prod(signs) if node.operation in SUMS else 1
 
     def _sign(self, x: Operand) -> int:
         lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
@@ -162,10 +163,8 @@ class _Congruence:
         ]
         operands = tuple(self._operand(column, depth) for column in columns)
         signs = [x.signs if isinstance(x, Vector) else (1,) * len(nodes) for x in operands]
-        if not _is_sum(nodes[0]):
-            total = tuple(map(prod, zip(*signs, strict=True)))
-            is_shifted = nodes[0].operation == op.ADD and -1 in total
-            return Vector(nodes, (operands[0], columns[1]) if is_shifted else operands, total)
+        if nodes[0].operation not in SUMS:
+            return Vector(nodes, operands, tuple(map(prod, zip(*signs, strict=True))))
         minus = [node.operation == op.SUBTRACT for node in nodes]
         first, second = (
             [
@@ -192,6 +191,8 @@ class _Congruence:
 
     def _likeness(self, x: Expression, y: Expression, k: int) -> int:
         """How much y in lane k is what x is in the first lane."""
+        if (x.level == Level.CONSTANT) != (y.level == Level.CONSTANT):
+            return -1
         if self._turned(x, k) is y:
             return 3
         return 0 if x.id in self.lanes or y.id in self.lanes else int(_kind(x) == _kind(y))
@@ -211,11 +212,6 @@ class _Congruence:
 
 def _side_by_side(nodes: tuple[Expression, ...]) -> Vector:
     return Vector(nodes, (), (1,) * len(nodes))
-
-
-def _is_sum(node: Expression) -> bool:
-    """Whether a node is the sum or the difference of two nodes."""
-    return node.operation in SUMS and _constants(node) == []
 
 
 def _constants(node: Expression) -> list[Operand]:

@@ -223,23 +223,26 @@ class LanesPrinter(CPrinter):
         if not vector.operands:
             texts = [self.operation(x) if operation in FUNCTIONS else self.text(x) for x in vector.nodes]
             return Text(flipped, f"({TYPE.format(vector.width)}){{{', '.join(x.signed() for x in texts)}}}", ATOM)
-        texts = [self._operand(vector, x) for x in vector.operands]
-        if vector.flips:
-            signs = self._numbers(vector.width, map(float, vector.flips))
-            texts[1] = Text(texts[1].negative, f"{signs}*{texts[1].factor(ATOM)}", PRODUCT)
+        texts = [self._operand(vector, k) for k in range(len(vector.operands))]
         return self.operators[operation](flipped, *texts)
 
-    def _operand(self, vector: Vector, x: Vector | Operand | tuple[Operand, ...]) -> Text:
-        """An operand of a vector, by name where it has one."""
+    def _operand(self, vector: Vector, k: int) -> Text:
+        """Operand k of a vector, by name where it has one."""
+        x, flips = vector.operands[k], vector.flips if k else ()
         if isinstance(x, Vector):
             text = self.lanes.of_vectors.get(x)
             self.referenced |= {text.text} if text else set()
-            return text or self._vector(x)
-        if not isinstance(x, tuple):
-            return self.text(x)
-        signs = vector.signs if vector.nodes[0].operation == ADD else (1,) * vector.width
-        values = [sign * self._value(value) for sign, value in zip(signs, x, strict=True)]
-        return Text(False, self._numbers(vector.width, values), ATOM)
+            text = text or self._vector(x)
+        elif isinstance(x, tuple):
+            signs = flips or (1,) * vector.width
+            values = [sign * self._value(value) for sign, value in zip(signs, x, strict=True)]
+            return Text(False, self._numbers(vector.width, values), ATOM)
+        else:
+            text = self.text(x)
+        if not flips:
+            return text
+        signs_of_lanes = self._numbers(vector.width, map(float, flips))
+        return Text(text.negative, f"{signs_of_lanes}*{text.factor(ATOM)}", PRODUCT)
 
     def _value(self, x: Operand) -> float:
         return self.constants[x.id] if isinstance(x, Expression) else float(x)
