@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program, Section, Statement
+from symoro_elastic.symbolic.program import Program, Section, Statement, names_in
 
 SUMS, RESULTS = (ADD, SUBTRACT), Section("Results")
 Signed: TypeAlias = tuple[bool, Operand]
@@ -55,8 +55,7 @@ def with_named_sums(program: Program) -> Program:
     Its text is then carried out as its graph has it, in every language: congruent nodes in the same order, whatever the
     signs of their terms.
     """
-    names = {s.name for s in (*program.once, *program.statements)} | program.used
-    names |= {array.name for array in (*program.inputs, *program.outputs)}
+    names = names_in(program)
     named = {s.node.id for s in (*program.once, *program.statements)}
     statements: list[Statement] = []
 

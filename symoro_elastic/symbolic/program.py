@@ -347,6 +347,12 @@ def saving(whole: OperationCount, asked: OperationCount) -> Mapping[str, int]:
     return {f.name: getattr(whole, f.name) - getattr(asked, f.name) for f in fields(whole)}
 
 
+def names_in(program: Program) -> set[str]:
+    """Names of the variables of a program, and of its arguments, their entries and its results."""
+    arrays = {x.name for x in program.inputs} | {x.name for x in program.outputs}
+    return arrays.union(program.used, (s.name for s in (*program.once, *program.statements)))
+
+
 def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
     """Return the program with variables renamed; expressions without them are unchanged."""
     statements = (*program.once, *program.statements)

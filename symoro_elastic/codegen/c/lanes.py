@@ -27,7 +27,7 @@ from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Rule, Text, grouped_sum
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import ADD, NEGATE, OPERATIONS, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program, Section, Statement
+from symoro_elastic.symbolic.program import Program, Section, Statement, names_in
 from symoro_elastic.symbolic.symmetry import Vector, lanes_of
 
 WORTH = 0.8
@@ -46,7 +46,9 @@ def in_lanes(function: CFunction) -> LanesFunction | None:
     program = function.function.program
     variables = Variables(program, function.package)
     scalar = {s.node.id: s.node for s in (*program.once, *program.statements)}
-    if variables.operations() > WORTH * operations([s.node for s in program.statements], scalar):
+    if not variables.vectors or variables.operations() > WORTH * operations(
+        [s.node for s in program.statements], scalar
+    ):
         return None
     return LanesFunction(function, program, variables)
 
@@ -65,7 +67,8 @@ class Variables:
     """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
 
     `statements` are those of both. `gathered` are the names of arguments, or of values that depend on parameters only,
-    that are lanes of a vector, by its name. `of_vectors` and `of_numbers` are the texts of all that has a name.
+    that are lanes of a vector, by its name, some of them with `reversed` signs. `of_vectors` and `of_numbers` are the
+    texts of all that has a name.
     """
 
     def __init__(self, program: Program, package: Package) -> None:
@@ -77,9 +80,9 @@ class Variables:
         self.of_vectors: dict[Vector, Text] = {}
         self.vectors: dict[str, Vector] = {}
         self.gathered: dict[str, tuple[str, ...]] = {}
+        self.reversed: set[str] = set()
         self.statements: list[Statement] = []
-        self._names = {s.name for s in self._own.values()} | program.used
-        self._names |= {array.name for array in (*program.inputs, *program.outputs)}
+        self._names = names_in(program)
         self._name_gathered(program)
         self._name_statements(program)
 
@@ -90,7 +93,13 @@ class Variables:
         for number, (name, negative) in names.items():
             lane = self.lanes.get(number)
             if lane and lane.number == 0 and all(x.id in names for x in lane.vector.nodes):
-                self.gathered[name] = tuple(names[x.id][0] for x in lane.vector.nodes)
+                lanes = [names[x.id] for x in lane.vector.nodes]
+                self.gathered[name] = tuple(name for name, _ in lanes)
+                self.reversed |= {
+                    x
+                    for (x, is_minus), sign in zip(lanes, lane.vector.signs, strict=True)
+                    if is_minus ^ negative ^ (sign < 0)
+                }
                 self._declare(lane.vector, name, negative)
 
     def _name_statements(self, program: Program) -> None:
@@ -272,7 +281,8 @@ class LanesWriter(CWriter):
         gathered = {name: names for name, names in lanes.gathered.items() if name in used}
         hidden = {name for names in gathered.values() for name in names}
         lines = super().unpack_lines(arguments, used, read)
-        right = {name: line.partition(" = ")[2].rstrip(";") for name, line in lines.items()}
+        signs = dict.fromkeys(lanes.reversed, "-")
+        right = {name: signs.get(name, "") + line.partition(" = ")[2].rstrip(";") for name, line in lines.items()}
         return {
             name: f"{INDENT}const {lanes.type_of(name)} {name} = {{{', '.join(right[x] for x in gathered[name])}}};"
             if name in gathered
@@ -300,13 +310,12 @@ class LanesFunction(CFunction):
         super().__init__(scalar.package, replace(scalar.function, program=program), scalar.precision, form)
 
     def _begin_text(self) -> None:
-        program, real, joints = self.function.program, self.form.real, self.package.joint_names
-        self.printer = LanesPrinter(program, self.precision, self.angles, self.form)
-        self.writer = LanesWriter(self.printer, real, real, joints)
-        self.once_writer = LanesWriter(self.printer, real, real, joints)
-        self.printer.variables = self.lanes.of_numbers
-        self.printer.lanes = self.writer.lanes = self.once_writer.lanes = self.lanes
-        self.writer.spilled = self.once_writer.spilled = self.form.number
+        self.printer = self.in_lanes = LanesPrinter(self.function.program, self.precision, self.angles, self.form)
+        self.in_lanes.lanes, self.in_lanes.variables = self.lanes, self.lanes.of_numbers
+        self.writer = self.once_writer = LanesWriter(
+            self.printer, self.form.real, self.form.real, self.package.joint_names
+        )
+        self.writer.lanes, self.writer.spilled = self.lanes, self.form.number
 
     def _partition(self) -> None:
         lanes = self.lanes
@@ -321,7 +330,7 @@ class LanesFunction(CFunction):
 
     def _stores(self) -> tuple[list[Stored], frozenset[str]]:
         stored, names = super()._stores()
-        return stored, self.printer.names(names)
+        return stored, self.in_lanes.names(names)
 
     def _to_spill(self, part: Part) -> list[tuple[str, str]]:
         """Variables that other parts need, and the lines that store them."""
