@@ -48,11 +48,6 @@ def _sum(flipped: bool, first: Text, second: Text, subtracted: bool = False) -> 
     return Text(False, f"{plus.text} - {minus.factor(PRODUCT)}", SUM)
 
 
-def grouped_sum(flipped: bool, first: Text, second: Text, subtracted: bool = False) -> Text:
-    """A sum or difference that is carried out as the graph has it: a sum that is its second term is in brackets."""
-    return _sum(flipped, first, second._replace(text=second.factor(PRODUCT), binding=PRODUCT), subtracted)
-
-
 def _difference(flipped: bool, first: Text, second: Text) -> Text:
     return _sum(flipped, first, second, True)
 

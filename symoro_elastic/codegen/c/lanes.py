@@ -8,12 +8,9 @@ Sums are carried out as in the text without vectors, so results have its bits wh
 from __future__ import annotations
 
 import heapq
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import count
-from typing import ClassVar
 
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
@@ -24,9 +21,9 @@ from symoro_elastic.codegen.outlined import SPILL
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Rule, Text, grouped_sum
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Text
 from symoro_elastic.symbolic.expression import Expression, Operand
-from symoro_elastic.symbolic.operations import ADD, NEGATE, OPERATIONS, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.operations import NEGATE, OPERATIONS, SYMBOL
 from symoro_elastic.symbolic.program import Program, Section, Statement, names_in
 from symoro_elastic.symbolic.symmetry import Vector, lanes_of
 
@@ -34,9 +31,6 @@ WORTH = 0.8
 """Part of the operations without vectors that is left where vectors are written: gathers cost what less would save."""
 TYPE = "lanes{}"
 """The name in C of a vector of so many doubles."""
-
-LITERAL = re.compile(rf"\({TYPE.format('[0-9]')}\)({{[^{{}}]*}})")
-"""The lanes of a vector; where it is all of a statement, C needs no type."""
 
 
 def in_lanes(function: CFunction) -> LanesFunction | None:
@@ -66,21 +60,18 @@ def operations(roots: Iterable[Expression], named: Mapping[int, object]) -> int:
 class Variables:
     """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
 
-    `statements` are those of both. `gathered` are the names of arguments, or of values that depend on parameters only,
-    that are lanes of a vector, by its name, some of them with `reversed` signs. `of_vectors` and `of_numbers` are the
-    texts of all that has a name.
+    `statements` are those of both. `gathered` are, by the name of a vector, its lanes where these are arguments or depend
+    on parameters only, with their signs. `of_vectors` and `of_numbers` are the texts of all that has a name.
     """
 
     def __init__(self, program: Program, package: Package) -> None:
         self.lanes = lanes_of(program.nodes, package.congruent)
         self._package = package
         self._own = {s.node.id: s for s in (*program.once, *program.statements)}
-        self._numbers = {number: Text(s.negative, s.name, ATOM) for number, s in self._own.items()}
-        self.of_numbers = dict(self._numbers)
+        self.of_numbers = {number: Text(s.negative, s.name, ATOM) for number, s in self._own.items()}
         self.of_vectors: dict[Vector, Text] = {}
         self.vectors: dict[str, Vector] = {}
-        self.gathered: dict[str, tuple[str, ...]] = {}
-        self.reversed: set[str] = set()
+        self.gathered: dict[str, dict[str, str]] = {}
         self.statements: list[Statement] = []
         self._names = names_in(program)
         self._name_gathered(program)
@@ -88,18 +79,13 @@ class Variables:
 
     def _name_gathered(self, program: Program) -> None:
         """Make vectors of arguments and parameters, and of what depends on parameters only."""
-        symbols = {x.id: (x.operands[0], False) for x in program.nodes if x.operation == SYMBOL}
-        names = symbols | {s.node.id: (s.name, s.negative) for s in program.once}
+        names = {x.id: (x.operands[0], False) for x in program.nodes if x.operation == SYMBOL}
+        names |= {s.node.id: (s.name, s.negative) for s in program.once}
         for number, (name, negative) in names.items():
             lane = self.lanes.get(number)
             if lane and lane.number == 0 and all(x.id in names for x in lane.vector.nodes):
-                lanes = [names[x.id] for x in lane.vector.nodes]
-                self.gathered[name] = tuple(name for name, _ in lanes)
-                self.reversed |= {
-                    x
-                    for (x, is_minus), sign in zip(lanes, lane.vector.signs, strict=True)
-                    if is_minus ^ negative ^ (sign < 0)
-                }
+                lanes = [(*names[x.id], sign < 0) for x, sign in zip(lane.vector.nodes, lane.vector.signs, strict=True)]
+                self.gathered[name] = {x: "-" if minus ^ flipped ^ negative else "" for x, minus, flipped in lanes}
                 self._declare(lane.vector, name, negative)
 
     def _name_statements(self, program: Program) -> None:
@@ -136,7 +122,7 @@ class Variables:
 
     def _name(self, vector: Vector, s: Statement) -> None:
         """Make a vector with the name of its first lane, or of a statement of another lane where that has none."""
-        first, is_own = vector.nodes[0], self._is_own(vector)
+        first, is_own = vector.nodes[0], self.is_own(vector)
         s = self._own.get(first.id, s) if is_own else s
         self._name_operands(vector, s)
         negative = s.negative and s.node is first
@@ -147,12 +133,12 @@ class Variables:
         """Make vectors of operands whose lanes are numbers for themselves as well."""
         for x in vector.operands:
             if isinstance(x, Vector) and x not in self.of_vectors:
-                if self._is_own(x):
+                if self.is_own(x):
                     self._name_operands(x, s)
                 else:
                     self._name(x, Statement(self._free(f"{s.name}_of_limbs"), x.nodes[0], False, s.section))
 
-    def _is_own(self, vector: Vector) -> bool:
+    def is_own(self, vector: Vector) -> bool:
         """Whether numbers are computed as lanes of this vector, and nowhere else."""
         lane = self.lanes.get(vector.nodes[0].id)
         return lane is not None and lane.vector is vector
@@ -161,7 +147,7 @@ class Variables:
         self.vectors[name] = vector
         self.of_vectors[vector] = Text(negative, name, ATOM)
         for k, (node, sign) in enumerate(zip(vector.nodes, vector.signs, strict=True)):
-            if self._is_own(vector):
+            if self.is_own(vector):
                 self.of_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
 
     def _of_all(self, section: Section) -> Section:
@@ -171,14 +157,6 @@ class Variables:
         texts = [f"{j} ({names[j - 1]})" for j in others if j != section.joint]
         return section._replace(equations=f"with {', '.join(texts)} {section.equations}") if texts else section
 
-    def keep_gathered(self, used: Iterable[str]) -> None:
-        """Leave as numbers what is in no vector that statements use."""
-        for name in self.gathered.keys() - {*used}:
-            for node in self.vectors.pop(name).nodes:
-                del self.of_numbers[node.id]
-                self.of_numbers |= {x: self._numbers[x] for x in (node.id,) if x in self._numbers}
-            del self.gathered[name]
-
     def operations(self) -> int:
         """Number of operations, on vectors or numbers; a change of signs in a sum counts as well."""
         numbers = [s.node for s in self.statements if s.name not in self.vectors]
@@ -187,7 +165,7 @@ class Variables:
     def _operations_of(self, vector: Vector) -> int:
         """Number of operations of a vector, with those of operands without a name."""
         if not vector.operands:
-            return operations([x for x in vector.nodes if x.operation in FUNCTIONS], self.of_numbers)
+            return operations([x for x in vector.nodes if x.id not in self.of_numbers], self.of_numbers)
         vectors = [x for x in vector.operands if isinstance(x, Vector) and x not in self.of_vectors]
         numbers = [x for x in vector.operands if isinstance(x, Expression) and x.id not in self.of_numbers]
         own = bool(OPERATIONS[vector.nodes[0].operation].counted_as) + bool(vector.flips)
@@ -201,11 +179,6 @@ class Variables:
 class LanesPrinter(CPrinter):
     """Statements on vectors as those of their first lanes, and statements on numbers, which may be lanes."""
 
-    operators: ClassVar[Mapping[str, Rule]] = {
-        **CPrinter.operators,
-        ADD: grouped_sum,
-        SUBTRACT: partial(grouped_sum, subtracted=True),
-    }
     lanes: Variables
 
     def text_of(self, statement: Statement) -> Printed:
@@ -216,10 +189,11 @@ class LanesPrinter(CPrinter):
             return printed._replace(names=self.names(printed.names))
         self._statement, outside, self.referenced = statement, self.referenced, set()
         text = self._vector(vector, statement.negative).signed()
-        literal = LITERAL.fullmatch(text)
-        names = self.names(self.referenced)
+        printed = Printed(
+            text if vector.operands else text.replace(f"({TYPE.format(vector.width)})", ""), self.names(self.referenced)
+        )
         self._statement, self.referenced = None, outside
-        return Printed(literal[1] if literal else text, names)
+        return printed
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
         """Names of variables of which entries, or lanes, are printed."""
@@ -230,7 +204,7 @@ class LanesPrinter(CPrinter):
         """The operation of a vector."""
         operation = vector.nodes[0].operation
         if not vector.operands:
-            texts = [self.operation(x) if operation in FUNCTIONS else self.text(x) for x in vector.nodes]
+            texts = [self.operation(x) if self.lanes.is_own(vector) else self.text(x) for x in vector.nodes]
             return Text(flipped, f"({TYPE.format(vector.width)}){{{', '.join(x.signed() for x in texts)}}}", ATOM)
         texts = [self._operand(vector, k) for k in range(len(vector.operands))]
         return self.operators[operation](flipped, *texts)
@@ -281,15 +255,11 @@ class LanesWriter(CWriter):
         gathered = {name: names for name, names in lanes.gathered.items() if name in used}
         hidden = {name for names in gathered.values() for name in names}
         lines = super().unpack_lines(arguments, used, read)
-        signs = dict.fromkeys(lanes.reversed, "-")
-        right = {name: signs.get(name, "") + line.partition(" = ")[2].rstrip(";") for name, line in lines.items()}
-        return {
-            name: f"{INDENT}const {lanes.type_of(name)} {name} = {{{', '.join(right[x] for x in gathered[name])}}};"
-            if name in gathered
-            else line
-            for name, line in lines.items()
-            if name in gathered or name not in hidden
-        }
+        right = {name: line.partition(" = ")[2].rstrip(";") for name, line in lines.items()}
+        for name in gathered.keys() & lines.keys():
+            of_lanes = ", ".join(sign + right[x] for x, sign in gathered[name].items())
+            lines[name] = f"{INDENT}const {lanes.type_of(name)} {name} = {{{of_lanes}}};"
+        return {name: line for name, line in lines.items() if name in gathered or name not in hidden}
 
     def _from_spill(self, name: str, k: str) -> str:
         """The line that reads a variable of another part."""
@@ -318,10 +288,7 @@ class LanesFunction(CFunction):
         self.writer.lanes, self.writer.spilled = self.lanes, self.form.number
 
     def _partition(self) -> None:
-        lanes = self.lanes
-        steps = self._steps([s for s in lanes.statements if s.name in lanes.vectors])
-        lanes.keep_gathered(name for step in steps for name in step.uses)
-        steps = _in_order(self._steps(lanes.statements))
+        steps = _in_order(self._steps(self.lanes.statements))
         self.stored, at_end = self._stores()
         self.steps = of_use(steps, at_end)
         self.used = at_end.union(*(step.uses for step in self.steps))
