@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import count
 from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program, Section, Statement, names_in
+from symoro_elastic.symbolic.program import Program, Section, Statement, free_name, names_in
 
 SUMS, RESULTS = (ADD, SUBTRACT), Section("Results")
 Signed: TypeAlias = tuple[bool, Operand]
@@ -61,10 +60,8 @@ def with_named_sums(program: Program) -> Program:
 
     def add(roots: Iterable[Expression], name: str, section: Section) -> None:
         for node in _second_sums(roots, named):
-            free = next(x for x in (f"{name}_sum{k or ''}" for k in count()) if x not in names)
-            names.add(free)
             named.add(node.id)
-            statements.append(Statement(free, node, False, section))
+            statements.append(Statement(free_name(f"{name}_sum", names), node, False, section))
 
     for s in program.statements:
         add([s.node], s.name, s.section)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TypeAlias
 
 from symoro_elastic.machine.arguments import entries_by_joint
 from symoro_elastic.machine.columns import Dimension, cells
-from symoro_elastic.machine.formula import Formula, Tree
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
 
@@ -16,6 +16,8 @@ GROUPS = (4, 2)
 """Numbers of limbs that are grouped: six are four and two."""
 ANGLE_DECIMALS = 12
 """Of angles that are compared, rad: beyond, quarter turns as decimal numbers differ."""
+NAMES, VALUES = re.compile(r"'name', '(\w+)'"), re.compile(r"Fraction\(.*?\)|(?<='name', )'\w+'")
+"""Names, and names and numbers, in the text of the tree of a formula."""
 Limbs: TypeAlias = tuple[tuple[int, ...], ...]
 """Numbers of congruent joints: a tuple for each joint of a limb, with an entry for each limb."""
 
@@ -46,14 +48,11 @@ def congruent_joints(machine: Machine) -> Limbs:
 
 def congruent_symbols(machine: Machine, limbs: Limbs) -> tuple[tuple[str, ...], ...]:
     """Return the names of arguments and parameters that congruent joints have in the place of each other."""
-    cycles = [names for joints in limbs for names in _names(machine, joints)]
-    used: set[str] = set()
-    result = []
-    for names in cycles:
-        if len({*names}) == len(names) and used.isdisjoint(names):
-            used |= {*names}
-            result.append(names)
-    return tuple(result)
+    cycles: dict[str, tuple[str, ...]] = {}
+    for names in (names for joints in limbs for names in _names(machine, joints)):
+        if len({*names}) == len(names) and cycles.keys().isdisjoint(names):
+            cycles |= dict.fromkeys(names, names)
+    return tuple(dict.fromkeys(cycles.values()))
 
 
 def _names(machine: Machine, joints: tuple[int, ...]) -> Iterator[tuple[str, ...]]:
@@ -61,7 +60,7 @@ def _names(machine: Machine, joints: tuple[int, ...]) -> Iterator[tuple[str, ...
         if entries.keys() >= {*joints}:
             yield from zip(*(entries[j] for j in joints), strict=True)
     for formulas in zip(*(cells(machine.joint(j)) for j in joints), strict=True):
-        yield from zip(*(_names_in(formula.tree) for _, formula in formulas), strict=True)
+        yield from zip(*(NAMES.findall(repr(formula.tree)) for _, formula in formulas), strict=True)
 
 
 def _kinds(machine: Machine, carried: Mapping[int, Sequence[int]]) -> dict[int, int]:
@@ -89,24 +88,7 @@ def _pattern(joint: Joint) -> tuple[object, ...]:
     values = (
         round(abs(formula.value()), ANGLE_DECIMALS)
         if cell.column.dimension is Dimension.ANGLE and not formula.names
-        else _form(formula)
+        else formula.is_zero or VALUES.sub("", repr(formula.tree[1] if formula.tree[0] == "neg" else formula.tree))
         for cell, formula in cells(joint)
     )
     return (joint.sigma, joint.kind, joint.variable is None, joint.body.central, *values)
-
-
-def _form(formula: Formula) -> object:
-    """A formula without its numbers, names and sign; 0 where it is zero."""
-    return 0 if formula.is_zero else _without_values(formula.tree[1] if formula.tree[0] == "neg" else formula.tree)
-
-
-def _without_values(tree: Tree) -> object:
-    parts = [_without_values(part) if isinstance(part, tuple) else part for part in tree[1:]]
-    return tree[0] if tree[0] in ("number", "name") else (tree[0], *parts)
-
-
-def _names_in(tree: Tree) -> list[str]:
-    """The names in a tree, in order."""
-    if tree[0] == "name":
-        return [tree[1]]
-    return [name for part in tree[1:] if isinstance(part, tuple) for name in _names_in(part)]

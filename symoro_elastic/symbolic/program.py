@@ -353,6 +353,13 @@ def names_in(program: Program) -> set[str]:
     return arrays.union(program.used, (s.name for s in (*program.once, *program.statements)))
 
 
+def free_name(stem: str, names: set[str]) -> str:
+    """The stem, with a number where it is among `names`, to which it is added."""
+    name = next(x for x in (f"{stem}{k or ''}" for k in itertools.count()) if x not in names)
+    names.add(name)
+    return name
+
+
 def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
     """Return the program with variables renamed; expressions without them are unchanged."""
     statements = (*program.once, *program.statements)

@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, TypeVar
 
 from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
@@ -22,6 +22,7 @@ WIDTHS = (2, 4)
 DEEPEST = 4
 """Operations of vectors of numbers that are no lanes: such numbers exist already, but each for itself."""
 SUMS, FACTORS = (op.ADD, op.SUBTRACT), (op.MULTIPLY, op.DIVIDE, op.NEGATE)
+T = TypeVar("T", bound=Operand)
 Shape: TypeAlias = "tuple[str | int, ...]"
 """An operation, those of sums aside, and the numbers of its operands, -1 for a constant."""
 
@@ -110,42 +111,29 @@ class _Congruence:
         if not turn:
             return node
         candidates = [x for x in self._by_shape.get(self._image(node, turn), ()) if x.id not in self.lanes]
-        relation, constants = self._relation(node, node.operands), _constants(node)
-        operands = [self._turned(x, turn) for x in node.operands]
+        alike = (node.operation, _constants(node))
         return min(
-            candidates or self._similar(node, operands),
-            key=lambda x: (_constants(x) != constants, self._relation(x, operands) != relation),
-            default=None,
+            candidates or self._similar(node, turn), key=lambda x: (x.operation, _constants(x)) != alike, default=None
         )
 
-    def _similar(self, node: Expression, operands: Sequence[Operand]) -> list[Expression]:
+    def _similar(self, node: Expression, turn: int) -> list[Expression]:
         """Nodes with the operand that is a lane, and another one that is fixed, but computed with other constants."""
         moving = [k for k, x in enumerate(node.needs) if x.id not in self._fixed]
         if len(node.needs) < 2 or len(moving) > 1:
             return []
-        (k,) = moving
-        other = node.needs[1 - k]
-        users = self._users.get(_use(node, k, operands[k]), ())
-        free = [x for x in users if x.id not in self.lanes and any(y.id in self._fixed for y in x.needs)]
-        return [x for x in free if any(_kind(y) == _kind(other) for y in x.needs if y.id in self._fixed)]
+        (k,), kind = moving, _kind(node.needs[1 - moving[0]])
+        users = self._users.get(_use(node, k, self._turned(node.needs[k], turn)), ())
+        free = [x for x in users if x.id not in self.lanes]
+        return [x for x in free if any(y.id in self._fixed and _kind(y) == kind for y in x.needs)]
 
     def _image(self, node: Expression, turn: int) -> Shape:
         """The shape of the image of a node, so many lanes further."""
         return _shape(node.operation, [self._turned(x, turn) for x in node.operands])
 
-    def _turned(self, x: Operand, turn: int) -> Operand:
+    def _turned(self, x: T, turn: int) -> T | Expression:
+        """The image of an operand, so many lanes further."""
         lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
         return lane.vector.nodes[(lane.number + turn) % lane.vector.width] if lane else x
-
-    def _relation(self, node: Expression, operands: Sequence[Operand]) -> int:
-        """The sign of the second operand of a sum of lanes relative to the first, with the signs of their lanes."""
-        minus = [node.operation == op.SUBTRACT and node.operands[1] is x for x in operands]
-        signs = [-self._sign(x) if is_minus else self._sign(x) for is_minus, x in zip(minus, operands, strict=True)]
-        return prod(signs) if node.operation in SUMS else 1
-
-    def _sign(self, x: Operand) -> int:
-        lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
-        return lane.vector.signs[lane.number] if lane else 1
 
     def _vector(self, nodes: tuple[Expression, ...], depth: int = 0) -> Vector:
         """The vector of congruent nodes, or of fixed ones that are computed in the same way."""
@@ -165,37 +153,18 @@ class _Congruence:
         signs = [x.signs if isinstance(x, Vector) else (1,) * len(nodes) for x in operands]
         if nodes[0].operation not in SUMS:
             return Vector(nodes, operands, tuple(map(prod, zip(*signs, strict=True))))
-        minus = [node.operation == op.SUBTRACT for node in nodes]
-        first, second = (
-            [
-                -sign if is_minus and order[place] else sign
-                for sign, is_minus, order in zip(x, minus, orders, strict=True)
-            ]
-            for place, x in enumerate(signs)
-        )
-        total = tuple(first[0] * sign for sign in first)
-        flips = tuple(second[0] * x * y for x, y in zip(second, total, strict=True))
+        minus = [-1 if node.operation == op.SUBTRACT else 1 for node in nodes]
+        total = tuple(x * y if order[0] else x for x, y, order in zip(signs[0], minus, orders, strict=True))
+        flips = tuple(minus[0] * x * y * z for x, y, z in zip(*signs, minus, strict=True))
         return Vector(nodes, operands, total, flips if -1 in flips else ())
 
     def _order(self, first: Expression, node: Expression, k: int) -> tuple[int, ...]:
         """The operands of lane k, by position, in the order of those of the first lane."""
-        order = tuple(range(len(node.operands)))
         if first.operation not in (*SUMS, op.MULTIPLY) or len(node.needs) < 2:
-            return order
-
-        def likeness(order: tuple[int, ...]) -> int:
-            pairs = zip(first.needs, order, strict=True)
-            return sum(self._likeness(x, node.needs[place], k) for x, place in pairs)
-
-        return max(order, order[::-1], key=likeness)
-
-    def _likeness(self, x: Expression, y: Expression, k: int) -> int:
-        """How much y in lane k is what x is in the first lane."""
-        if (x.level == Level.CONSTANT) != (y.level == Level.CONSTANT):
-            return -1
-        if self._turned(x, k) is y:
-            return 3
-        return 0 if x.id in self.lanes or y.id in self.lanes else int(_kind(x) == _kind(y))
+            return tuple(range(len(node.operands)))
+        (a, b), (x, y) = (self._turned(operand, k) for operand in first.needs), node.needs
+        is_reversed = a is y or b is x or (a is not x and b is not y and _kind(a) != _kind(x))
+        return (1, 0) if is_reversed else (0, 1)
 
     def _operand(self, column: tuple[Operand, ...], depth: int) -> Vector | Operand | tuple[Operand, ...]:
         """An operand of a vector by its lanes."""

@@ -8,9 +8,9 @@ Sums are carried out as in the text without vectors, so results have its bits wh
 from __future__ import annotations
 
 import heapq
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import count
 
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
@@ -22,46 +22,36 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Text
-from symoro_elastic.symbolic.expression import Expression, Operand
-from symoro_elastic.symbolic.operations import NEGATE, OPERATIONS, SYMBOL
-from symoro_elastic.symbolic.program import Program, Section, Statement, names_in
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.operations import NEGATE, SYMBOL
+from symoro_elastic.symbolic.program import Program, Section, Statement, free_name, names_in
 from symoro_elastic.symbolic.symmetry import Vector, lanes_of
 
 WORTH = 0.8
 """Part of the operations without vectors that is left where vectors are written: gathers cost what less would save."""
 TYPE = "lanes{}"
 """The name in C of a vector of so many doubles."""
+OPERATORS = re.compile(r" [-+] |[*/]")
 
 
 def in_lanes(function: CFunction) -> LanesFunction | None:
     """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
     if not function.package.congruent or function.precision is not DOUBLE:
         return None
-    program = function.function.program
-    variables = Variables(program, function.package)
-    scalar = {s.node.id: s.node for s in (*program.once, *program.statements)}
-    if not variables.vectors or variables.operations() > WORTH * operations(
-        [s.node for s in program.statements], scalar
-    ):
-        return None
-    return LanesFunction(function, program, variables)
+    lanes = LanesFunction(function)
+    return lanes if lanes.lanes.vectors and operations(lanes) <= WORTH * operations(function) else None
 
 
-def operations(roots: Iterable[Expression], named: Mapping[int, object]) -> int:
-    """Number of operations that statements of these nodes carry out where others are `named`."""
-    total, stack = 0, [*roots]
-    while stack:
-        node = stack.pop()
-        total += bool(OPERATIONS[node.operation].counted_as) if node.operation != SYMBOL else 0
-        stack += [x for x in node.needs if x.id not in named]
-    return total
+def operations(function: CFunction) -> int:
+    """Number of products, quotients and sums in the text of a call, on vectors or numbers."""
+    return sum(len(OPERATORS.findall(function.printer.text_of(step.statement).text)) for step in function.steps)
 
 
 class Variables:
     """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
 
-    `statements` are those of both. `gathered` are, by the name of a vector, its lanes where these are arguments or depend
-    on parameters only, with their signs. `of_vectors` and `of_numbers` are the texts of all that has a name.
+    `statements` are those of both. `gathered` are the lanes of vectors of arguments, or of what depends on parameters
+    only, with their signs. `of_vectors` and `of_numbers` are the texts of all that has a name.
     """
 
     def __init__(self, program: Program, package: Package) -> None:
@@ -112,13 +102,7 @@ class Variables:
             if lane is None or node.operation == NEGATE:
                 stack += node.needs
             else:
-                self._name(lane.vector, Statement(self._free(f"{name}_of_limbs"), node, False, section))
-
-    def _free(self, name: str) -> str:
-        """The name, with a number where another variable has it."""
-        found = next(x for x in (f"{name}{k or ''}" for k in count()) if x not in self._names)
-        self._names.add(found)
-        return found
+                self._name(lane.vector, Statement(free_name(f"{name}_of_limbs", self._names), node, False, section))
 
     def _name(self, vector: Vector, s: Statement) -> None:
         """Make a vector with the name of its first lane, or of a statement of another lane where that has none."""
@@ -136,7 +120,7 @@ class Variables:
                 if self.is_own(x):
                     self._name_operands(x, s)
                 else:
-                    self._name(x, Statement(self._free(f"{s.name}_of_limbs"), x.nodes[0], False, s.section))
+                    self._name(x, Statement(free_name(f"{s.name}_of_limbs", self._names), x.nodes[0], False, s.section))
 
     def is_own(self, vector: Vector) -> bool:
         """Whether numbers are computed as lanes of this vector, and nowhere else."""
@@ -157,23 +141,9 @@ class Variables:
         texts = [f"{j} ({names[j - 1]})" for j in others if j != section.joint]
         return section._replace(equations=f"with {', '.join(texts)} {section.equations}") if texts else section
 
-    def operations(self) -> int:
-        """Number of operations, on vectors or numbers; a change of signs in a sum counts as well."""
-        numbers = [s.node for s in self.statements if s.name not in self.vectors]
-        return operations(numbers, self.of_numbers) + sum(map(self._operations_of, self.vectors.values()))
-
-    def _operations_of(self, vector: Vector) -> int:
-        """Number of operations of a vector, with those of operands without a name."""
-        if not vector.operands:
-            return operations([x for x in vector.nodes if x.id not in self.of_numbers], self.of_numbers)
-        vectors = [x for x in vector.operands if isinstance(x, Vector) and x not in self.of_vectors]
-        numbers = [x for x in vector.operands if isinstance(x, Expression) and x.id not in self.of_numbers]
-        own = bool(OPERATIONS[vector.nodes[0].operation].counted_as) + bool(vector.flips)
-        return own + sum(map(self._operations_of, vectors)) + operations(numbers, self.of_numbers)
-
-    def type_of(self, name: str, number: str = "double") -> str:
+    def type_of(self, name: str) -> str:
         """The type of a variable in C."""
-        return TYPE.format(self.vectors[name].width) if name in self.vectors else number
+        return TYPE.format(self.vectors[name].width) if name in self.vectors else "double"
 
 
 class LanesPrinter(CPrinter):
@@ -217,21 +187,17 @@ class LanesPrinter(CPrinter):
             self.referenced |= {text.text} if text else set()
             text = text or self._vector(x)
         elif isinstance(x, tuple):
-            signs = flips or (1,) * vector.width
-            values = [sign * self._value(value) for sign, value in zip(signs, x, strict=True)]
-            return Text(False, self._numbers(vector.width, values), ATOM)
+            values = [self.constants[y.id] if isinstance(y, Expression) else float(y) for y in x]
+            signed = [sign * value for sign, value in zip(flips or (1,) * vector.width, values, strict=True)]
+            return Text(False, self._numbers(vector.width, signed), ATOM)
         else:
             text = self.text(x)
         if not flips:
             return text
-        signs_of_lanes = self._numbers(vector.width, map(float, flips))
-        return Text(text.negative, f"{signs_of_lanes}*{text.factor(ATOM)}", PRODUCT)
-
-    def _value(self, x: Operand) -> float:
-        return self.constants[x.id] if isinstance(x, Expression) else float(x)
+        return Text(text.negative, f"{self._numbers(vector.width, flips)}*{text.factor(ATOM)}", PRODUCT)
 
     def _numbers(self, width: int, values: Iterable[float]) -> str:
-        return f"({TYPE.format(width)}){{{', '.join(self._number(value).signed() for value in values)}}}"
+        return f"({TYPE.format(width)}){{{', '.join(self._number(float(value)).signed() for value in values)}}}"
 
 
 class LanesWriter(CWriter):
@@ -273,11 +239,11 @@ class LanesWriter(CWriter):
 class LanesFunction(CFunction):
     """The work of a model on one state, congruent limbs in lanes; `scalar` is the same without vectors."""
 
-    def __init__(self, scalar: CFunction, program: Program, lanes: Variables) -> None:
-        self.scalar, self.lanes = scalar, lanes
-        spilled = TYPE.format(max(vector.width for vector in lanes.vectors.values()))
+    def __init__(self, scalar: CFunction) -> None:
+        self.scalar, self.lanes = scalar, Variables(scalar.function.program, scalar.package)
+        spilled = TYPE.format(max((vector.width for vector in self.lanes.vectors.values()), default=2))
         form = replace(scalar.form, number=spilled, outlined=0)
-        super().__init__(scalar.package, replace(scalar.function, program=program), scalar.precision, form)
+        super().__init__(scalar.package, scalar.function, scalar.precision, form)
 
     def _begin_text(self) -> None:
         self.printer = self.in_lanes = LanesPrinter(self.function.program, self.precision, self.angles, self.form)
