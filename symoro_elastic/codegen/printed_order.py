@@ -49,11 +49,7 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
 
 
 def with_named_sums(program: Program) -> Program:
-    """Return the program with variables for sums that are second terms of sums, which its text has without brackets.
-
-    Its text is then carried out as its graph has it, in every language: congruent nodes in the same order, whatever the
-    signs of their terms.
-    """
+    """Return the program with variables for sums that are second terms of sums: its text is carried out as its graph."""
     names = names_in(program)
     named = {s.node.id for s in (*program.once, *program.statements)}
     statements: list[Statement] = []

@@ -9,33 +9,18 @@ from symoro_elastic.quantities import QUANTITIES, Quantity, Role
 
 PARAMETERS = "p"
 """Stands for the parameters, where derivatives are taken by them."""
-JOINTS = ("n", "m", "d", "b", "l", "s")
-"""Letters of the joints that entries of arguments follow."""
 
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of the arguments."""
-    of = _variables(machine)
-    of["w"] = {k: str(wrench) for k, wrench in enumerate(machine.forces, start=1)}
-    inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
-    rows = [row for row in inputs if row.entries or row.follows]
-    return {row.name: _entries(row, of[row.follows]) for row in rows}
-
-
-def entries_by_joint(machine: Machine) -> dict[str, dict[int, tuple[str, ...]]]:
-    """Names of the entries of the arguments that follow joints, by the number of the joint."""
-    rows = [row for row in QUANTITIES.values() if Role.ARGUMENT in row.roles and row.follows in JOINTS]
-    of = _variables(machine)
-    return {row.name: {j: _entries(row, {j: of[row.follows][j]}) for j in of[row.follows]} for row in rows}
-
-
-def _variables(machine: Machine) -> dict[str, dict[int, str]]:
-    """Names of joint variables by the letter of the joints that arguments follow."""
     numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent, "": ()}
     numbers |= {"b": machine.bristles, "l": machine.loaded}
     of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
     of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
-    return of
+    of["w"] = {k: str(wrench) for k, wrench in enumerate(machine.forces, start=1)}
+    inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
+    rows = [row for row in inputs if row.entries or row.follows]
+    return {row.name: _entries(row, of[row.follows]) for row in rows}
 
 
 def _entries(row: Quantity, variables: Mapping[int, str]) -> tuple[str, ...]:

@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import TypeAlias
 
-from symoro_elastic.machine.arguments import entries_by_joint
 from symoro_elastic.machine.columns import Dimension, cells
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.quantities import QUANTITIES
 
+OF_JOINTS = ("n", "m", "d", "b", "l", "s")
+"""Letters of the joints that entries of arguments follow."""
 GROUPS = (4, 2)
 """Numbers of limbs that are grouped: six are four and two."""
 ANGLE_DECIMALS = 12
 """Of angles that are compared, rad: beyond, quarter turns as decimal numbers differ."""
 NAMES, VALUES = re.compile(r"'name', '(\w+)'"), re.compile(r"Fraction\(.*?\)|(?<='name', )'\w+'")
 """Names, and names and numbers, in the text of the tree of a formula."""
-Limbs: TypeAlias = tuple[tuple[int, ...], ...]
-"""Numbers of congruent joints: a tuple for each joint of a limb, with an entry for each limb."""
 
 
-def congruent_joints(machine: Machine) -> Limbs:
-    """Return the joints of congruent limbs, by number, the largest limbs where some are within others.
+def congruent_joints(machine: Machine) -> tuple[tuple[int, ...], ...]:
+    """Return, for each joint of a limb, the numbers of the joints in its place in all congruent limbs.
 
-    Limbs are trees with joints that move; what loops add to them is not compared.
+    Limbs are the largest trees with joints that move; what loops add to them is not compared.
     """
     carried: dict[int, list[int]] = {}
     for j, joint in enumerate(machine.joints, start=1):
@@ -46,7 +45,7 @@ def congruent_joints(machine: Machine) -> Limbs:
     return tuple(groups)
 
 
-def congruent_symbols(machine: Machine, limbs: Limbs) -> tuple[tuple[str, ...], ...]:
+def congruent_symbols(machine: Machine, limbs: Iterable[tuple[int, ...]]) -> tuple[tuple[str, ...], ...]:
     """Return the names of arguments and parameters that congruent joints have in the place of each other."""
     cycles: dict[str, tuple[str, ...]] = {}
     for names in (names for joints in limbs for names in _names(machine, joints)):
@@ -56,9 +55,11 @@ def congruent_symbols(machine: Machine, limbs: Limbs) -> tuple[tuple[str, ...], 
 
 
 def _names(machine: Machine, joints: tuple[int, ...]) -> Iterator[tuple[str, ...]]:
-    for entries in entries_by_joint(machine).values():
-        if entries.keys() >= {*joints}:
-            yield from zip(*(entries[j] for j in joints), strict=True)
+    """Names in the place of each other, of arguments first, whether or not a model has them."""
+    yield tuple(str(machine.joint(j).variable) for j in joints)
+    for entries in (row.entries for row in QUANTITIES.values() if row.follows in OF_JOINTS):
+        for entry in entries if isinstance(entries, tuple) else (entries,):
+            yield tuple(entry.replace("@", str(j)) for j in joints)
     for formulas in zip(*(cells(machine.joint(j)) for j in joints), strict=True):
         yield from zip(*(NAMES.findall(repr(formula.tree)) for _, formula in formulas), strict=True)
 

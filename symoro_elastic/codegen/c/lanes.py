@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import heapq
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from graphlib import TopologicalSorter
 
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
@@ -145,6 +146,11 @@ class Variables:
         """The type of a variable in C."""
         return TYPE.format(self.vectors[name].width) if name in self.vectors else "double"
 
+    def in_spill(self, name: str, k: int | str, qualifier: str = "") -> str:
+        """The slot of a variable among those of the longest vectors."""
+        place = f"{SPILL}[{k}]"
+        return f"*({qualifier}{self.type_of(name)} *)&{place}" if name in self.vectors else f"{place}[0]"
+
 
 class LanesPrinter(CPrinter):
     """Statements on vectors as those of their first lanes, and statements on numbers, which may be lanes."""
@@ -204,7 +210,6 @@ class LanesWriter(CWriter):
     """Statements of C on vectors and numbers."""
 
     lanes: Variables
-    spilled: str
 
     def assignment(self, statement_: Statement) -> str:
         """A statement with the type of its variable."""
@@ -217,7 +222,8 @@ class LanesWriter(CWriter):
         """The lines that unpack entries of arrays, those of congruent joints into a vector."""
         lanes, used = self.lanes, {*used}
         if SPILL in arguments:
-            return {name: self._from_spill(name, k) for name, k in arguments[SPILL].items() if name in used}
+            spilled = {name: lanes.in_spill(name, k, "const ") for name, k in arguments[SPILL].items() if name in used}
+            return {name: f"{INDENT}const {lanes.type_of(name)} {name} = {place};" for name, place in spilled.items()}
         gathered = {name: names for name, names in lanes.gathered.items() if name in used}
         hidden = {name for names in gathered.values() for name in names}
         lines = super().unpack_lines(arguments, used, read)
@@ -226,14 +232,6 @@ class LanesWriter(CWriter):
             of_lanes = ", ".join(sign + right[x] for x, sign in gathered[name].items())
             lines[name] = f"{INDENT}const {lanes.type_of(name)} {name} = {{{of_lanes}}};"
         return {name: line for name, line in lines.items() if name in gathered or name not in hidden}
-
-    def _from_spill(self, name: str, k: str) -> str:
-        """The line that reads a variable of another part."""
-        type_ = self.lanes.type_of(name)
-        width = self.lanes.vectors[name].width if name in self.lanes.vectors else 1
-        lanes = ", ".join(f"{SPILL}[{k}][{lane}]" for lane in range(width))
-        right = f"{SPILL}[{k}]" if type_ == self.spilled else f"{{{lanes}}}" if width > 1 else lanes
-        return f"{INDENT}const {type_} {name} = {right};"
 
 
 class LanesFunction(CFunction):
@@ -251,7 +249,7 @@ class LanesFunction(CFunction):
         self.writer = self.once_writer = LanesWriter(
             self.printer, self.form.real, self.form.real, self.package.joint_names
         )
-        self.writer.lanes, self.writer.spilled = self.lanes, self.form.number
+        self.writer.lanes = self.lanes
 
     def _partition(self) -> None:
         steps = _in_order(self._steps(self.lanes.statements))
@@ -266,33 +264,19 @@ class LanesFunction(CFunction):
         return stored, self.in_lanes.names(names)
 
     def _to_spill(self, part: Part) -> list[tuple[str, str]]:
-        """Variables that other parts need, and the lines that store them."""
-        return [(name, line) for name, k in part.live_out.items() for line in self._stored_lanes(name, k)]
-
-    def _stored_lanes(self, name: str, k: int) -> Iterator[str]:
-        vector = self.lanes.vectors.get(name)
-        if vector and self.lanes.type_of(name) == self.form.number:
-            yield f"{INDENT}{SPILL}[{k}] = {name};"
-        else:
-            lanes = [f"{name}[{lane}]" for lane in range(vector.width)] if vector else [name]
-            yield from (f"{INDENT}{SPILL}[{k}][{lane}] = {value};" for lane, value in enumerate(lanes))
+        return [(name, f"{INDENT}{self.lanes.in_spill(name, k)} = {name};") for name, k in part.live_out.items()]
 
 
 def _in_order(steps: Sequence[Step]) -> list[Step]:
     """Steps after those that they need, else as they are: a vector has to wait for what its last lane needs."""
     places = {step.statement.name: k for k, step in enumerate(steps)}
-    needed = [{places[name] for name in step.uses if name in places} for step in steps]
-    users: list[list[int]] = [[] for _ in steps]
-    for k, earlier in enumerate(needed):
-        for place in earlier:
-            users[place].append(k)
-    ready = [k for k, earlier in enumerate(needed) if not earlier]
-    result = []
+    sorter = TopologicalSorter({k: [places[x] for x in step.uses if x in places] for k, step in enumerate(steps)})
+    sorter.prepare()
+    ready, result = sorted(sorter.get_ready()), []
     while ready:
         k = heapq.heappop(ready)
         result.append(steps[k])
-        for user in users[k]:
-            needed[user].discard(k)
-            if not needed[user]:
-                heapq.heappush(ready, user)
+        sorter.done(k)
+        for following in sorter.get_ready():
+            heapq.heappush(ready, following)
     return result

@@ -18,8 +18,6 @@ from symoro_elastic.symbolic.program import Section, by_section
 LONGEST_NAME = 24
 
 LARGE_STACK = 64_000
-IN_LANES = "#ifdef CONGRUENT_IN_LANES"
-"""Begins functions on vectors, in which congruent limbs are lanes."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +78,8 @@ def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[
     routines = working(function, name)
     if in_lanes is None:
         return routines
-    first, *others = working(in_lanes, name)
-    vectors = [replace(first, opening=IN_LANES), *others]
+    vectors = working(in_lanes, name)
+    vectors[0] = replace(vectors[0], opening="#ifdef CONGRUENT_IN_LANES")
     routines[0] = replace(routines[0], opening="#else")
     routines[-1] = replace(routines[-1], closing="#endif")
     return [*vectors, *routines]
