@@ -49,7 +49,7 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
 
 
 def with_named_sums(program: Program) -> Program:
-    """Return the program with variables for sums that are second terms of sums: its text is carried out as its graph."""
+    """Return the program with variables for sums within sums, so that its text adds terms in the order of its graph."""
     names = names_in(program)
     named = {s.node.id for s in (*program.once, *program.statements)}
     statements: list[Statement] = []
@@ -68,7 +68,7 @@ def with_named_sums(program: Program) -> Program:
 
 
 def _second_sums(roots: Iterable[Expression], named: Collection[int]) -> list[Expression]:
-    """Sums without a variable that are second terms of sums, in the statements of these nodes; operands first."""
+    """Second terms of sums that are sums without a variable, in the statements of these nodes; operands first."""
     sums: dict[int, Expression] = {}
     stack = [*roots]
     while stack:

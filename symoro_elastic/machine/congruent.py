@@ -46,7 +46,7 @@ def congruent_joints(machine: Machine) -> tuple[tuple[int, ...], ...]:
 
 
 def congruent_symbols(machine: Machine, limbs: Iterable[tuple[int, ...]]) -> tuple[tuple[str, ...], ...]:
-    """Return the names of arguments and parameters that congruent joints have in the place of each other."""
+    """Return the names of corresponding arguments and parameters of congruent joints."""
     cycles: dict[str, tuple[str, ...]] = {}
     for names in (names for joints in limbs for names in _names(machine, joints)):
         if len({*names}) == len(names) and cycles.keys().isdisjoint(names):
@@ -55,7 +55,7 @@ def congruent_symbols(machine: Machine, limbs: Iterable[tuple[int, ...]]) -> tup
 
 
 def _names(machine: Machine, joints: tuple[int, ...]) -> Iterator[tuple[str, ...]]:
-    """Names in the place of each other, of arguments first, whether or not a model has them."""
+    """Corresponding names, of arguments first, whether or not a model has them."""
     yield tuple(str(machine.joint(j).variable) for j in joints)
     for entries in (row.entries for row in QUANTITIES.values() if row.follows in OF_JOINTS):
         for entry in entries if isinstance(entries, tuple) else (entries,):

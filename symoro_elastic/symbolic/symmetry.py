@@ -1,9 +1,8 @@
 """Congruent nodes of a graph: the same operations on congruent symbols, signs and constants aside.
 
-Symbols are congruent that a renaming maps onto each other, as that of the joints of a left leg to those of a right one.
-Nodes are congruent that do the same with them; side by side they are the lanes of a vector. No renaming gives wrong
-numbers: whatever it is, lanes are nodes with the same operation on lanes of the same vectors. One that is no symmetry
-has few of them.
+A renaming maps congruent symbols onto each other, as those of a left leg to those of a right one. Congruent nodes side
+by side are the lanes of a vector. No renaming gives wrong numbers: lanes are nodes with the same operation on lanes of
+the same vectors. A renaming that is not a symmetry has few lanes.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 
 WIDTHS = (2, 4)
-"""Numbers of lanes of vectors: those of the registers of processors, for doubles."""
+"""Numbers of lanes of vectors: doubles in a register."""
 DEEPEST = 4
-"""Operations of vectors of numbers that are no lanes: such numbers exist already, but each for itself."""
+"""Maximum number of operations on vectors whose lanes are also needed as numbers: these are computed twice."""
 SUMS, FACTORS = (op.ADD, op.SUBTRACT), (op.MULTIPLY, op.DIVIDE, op.NEGATE)
 T = TypeVar("T", bound=Operand)
 Shape: TypeAlias = "tuple[str | int, ...]"
@@ -98,7 +97,7 @@ class _Congruence:
         elif all(x.id in self.lanes for x in moving):
             places = {(self.lanes[x.id].vector.width, self.lanes[x.id].number) for x in moving}
             if len(places) > 1:
-                if node in self._by_shape.get(self._image(node, 1), ()):
+                if node in self._by_shape.get(self._shape_of_image(node, 1), ()):
                     self._fixed.add(node.id)
                 return
             ((width, first),) = places
@@ -110,7 +109,7 @@ class _Congruence:
         """The node without a lane that is nearest to the image of a node, so many lanes further; None without any."""
         if not turn:
             return node
-        candidates = [x for x in self._by_shape.get(self._image(node, turn), ()) if x.id not in self.lanes]
+        candidates = [x for x in self._by_shape.get(self._shape_of_image(node, turn), ()) if x.id not in self.lanes]
         alike = (node.operation, _constants(node))
         return min(
             candidates or self._similar(node, turn), key=lambda x: (x.operation, _constants(x)) != alike, default=None
@@ -122,15 +121,15 @@ class _Congruence:
         if len(node.needs) < 2 or len(moving) > 1:
             return []
         (k,), kind = moving, _kind(node.needs[1 - moving[0]])
-        users = self._users.get(_use(node, k, self._turned(node.needs[k], turn)), ())
+        users = self._users.get(_use(node, k, self._image(node.needs[k], turn)), ())
         free = [x for x in users if x.id not in self.lanes]
         return [x for x in free if any(y.id in self._fixed and _kind(y) == kind for y in x.needs)]
 
-    def _image(self, node: Expression, turn: int) -> Shape:
+    def _shape_of_image(self, node: Expression, turn: int) -> Shape:
         """The shape of the image of a node, so many lanes further."""
-        return _shape(node.operation, [self._turned(x, turn) for x in node.operands])
+        return _shape(node.operation, [self._image(x, turn) for x in node.operands])
 
-    def _turned(self, x: T, turn: int) -> T | Expression:
+    def _image(self, x: T, turn: int) -> T | Expression:
         """The image of an operand, so many lanes further."""
         lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
         return lane.vector.nodes[(lane.number + turn) % lane.vector.width] if lane else x
@@ -139,10 +138,10 @@ class _Congruence:
         """The vector of congruent nodes, or of fixed ones that are computed in the same way."""
         key = tuple(node.id for node in nodes)
         if key not in self._vectors:
-            self._vectors[key] = self._combined(nodes, depth)
+            self._vectors[key] = self._vector_of(nodes, depth)
         return self._vectors[key]
 
-    def _combined(self, nodes: tuple[Expression, ...], depth: int) -> Vector:
+    def _vector_of(self, nodes: tuple[Expression, ...], depth: int) -> Vector:
         if nodes[0].operation not in (*SUMS, *FACTORS) or len({_kind(node) for node in nodes}) > 1 or depth > DEEPEST:
             return _side_by_side(nodes)
         orders = [self._order(nodes[0], node, k) for k, node in enumerate(nodes)]
@@ -159,10 +158,10 @@ class _Congruence:
         return Vector(nodes, operands, total, flips if -1 in flips else ())
 
     def _order(self, first: Expression, node: Expression, k: int) -> tuple[int, ...]:
-        """The operands of lane k, by position, in the order of those of the first lane."""
+        """Indices of the operands of lane k, in the order of the operands of the first lane."""
         if first.operation not in (*SUMS, op.MULTIPLY) or len(node.needs) < 2:
             return tuple(range(len(node.operands)))
-        (a, b), (x, y) = (self._turned(operand, k) for operand in first.needs), node.needs
+        (a, b), (x, y) = (self._image(operand, k) for operand in first.needs), node.needs
         is_reversed = a is y or b is x or (a is not x and b is not y and _kind(a) != _kind(x))
         return (1, 0) if is_reversed else (0, 1)
 

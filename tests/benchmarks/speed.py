@@ -93,8 +93,8 @@ def ours(machine: Machine, model: str, x: Array) -> tuple[list[Contestant], dict
     in_p = code(machine, model, fold=False)
     found += [scalar(in_p, x, f"call, {compiler}, parameters in p", compiler) for compiler in COMPILERS]
     if folded.package.limbs:
-        flags = (*NATIVE, "-DNO_VECTORS")
-        found += [scalar(folded, x, f"call without vectors, {compiler}", compiler, flags) for compiler in COMPILERS]
+        plain = (*NATIVE, "-DNO_VECTORS")
+        found += [scalar(folded, x, f"call without vectors, {compiler}", compiler, plain) for compiler in COMPILERS]
     for precision in (DOUBLE, SINGLE):
         narrow = folded if precision is DOUBLE else code(machine, model, precision=precision)
         for width, flags in BATCHES.items():

@@ -1,8 +1,8 @@
 """A model whose congruent limbs are lanes of vectors: one statement for the quantities of two or four limbs.
 
-Vectors are those of GCC and Clang, whose operators work lane by lane and take a number for all lanes. A vector has the
-name of the quantity in its first lane, so statements read as those of the first limb; `x[1]` is that of the second one.
-Sums are carried out as in the text without vectors, so results have its bits where products and sums are not fused.
+Vectors are an extension of GCC and Clang; their operators accept a number for all lanes. A vector has the name of its
+first lane, so statements read as those of the first limb; `x[1]` is the quantity of the second. Sums are carried out
+as without vectors, so results have the same bits where products and sums are not fused.
 """
 
 from __future__ import annotations
@@ -137,9 +137,9 @@ class Variables:
 
     def _of_all(self, section: Section) -> Section:
         """A section of a limb, which names the congruent joints of the others."""
-        others = next((joints for joints in self._package.limbs if section.joint in joints), ())
+        joints = next((joints for joints in self._package.limbs if section.joint in joints), ())
         names = self._package.joint_names
-        texts = [f"{j} ({names[j - 1]})" for j in others if j != section.joint]
+        texts = [f"{j} ({names[j - 1]})" for j in joints if j != section.joint]
         return section._replace(equations=f"with {', '.join(texts)} {section.equations}") if texts else section
 
     def type_of(self, name: str) -> str:
@@ -172,7 +172,7 @@ class LanesPrinter(CPrinter):
         return printed
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
-        """Names of variables of which entries, or lanes, are printed."""
+        """Names of the variables in printed names of entries and lanes."""
         names = {name.partition("[")[0] for name in printed}
         return frozenset(names.union(*(self.lanes.gathered.get(name, ()) for name in names)))
 

@@ -75,10 +75,9 @@ def function_text(function: CFunction, in_lanes: CFunction | None = None) -> Fun
 
 def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[Routine]:
     """The functions that do the work of a call, those on vectors in place of the others where compilers have them."""
-    routines = working(function, name)
-    if in_lanes is None:
+    routines, vectors = working(function, name), working(in_lanes, name) if in_lanes else []
+    if not vectors:
         return routines
-    vectors = working(in_lanes, name)
     vectors[0] = replace(vectors[0], opening="#ifdef CONGRUENT_IN_LANES")
     routines[0] = replace(routines[0], opening="#else")
     routines[-1] = replace(routines[-1], closing="#endif")
