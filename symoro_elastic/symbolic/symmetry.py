@@ -63,11 +63,12 @@ def lanes_of(nodes: Sequence[Expression], cycles: Iterable[Sequence[str]]) -> Ma
 
 
 class _Congruence:
-    """Lanes, and the nodes that are their own images (`fixed`), in one pass over the nodes."""
+    """Lanes of vectors, in one pass over the nodes; other nodes are the same number in all lanes."""
 
     def __init__(self, nodes: Sequence[Expression], cycles: Iterable[Sequence[str]]) -> None:
         self.lanes: dict[int, Lane] = {}
-        self._fixed: set[int] = set()
+        self._independent: set[int] = set()
+        """Numbers that depend on no lane."""
         self._vectors: dict[tuple[int, ...], Vector] = {}
         self._by_shape: dict[Shape, list[Expression]] = defaultdict(list)
         self._users: dict[Shape, list[Expression]] = defaultdict(list)
@@ -76,30 +77,23 @@ class _Congruence:
             for place, x in enumerate(node.operands if len(node.needs) > 1 else ()):
                 self._users[_use(node, place, x)].append(node)
         symbols = {node.operands[0]: node for node in nodes if node.operation == op.SYMBOL}
-        renamed = {name for cycle in cycles for name in cycle}
         for cycle in cycles:
             if len(cycle) in WIDTHS and symbols.keys() >= {*cycle}:
                 self._add(_side_by_side(tuple(map(symbols.__getitem__, cycle))))
         for node in nodes:
-            if node.level == Level.CONSTANT or (node.operation == op.SYMBOL and node.operands[0] not in renamed):
-                self._fixed.add(node.id)
-            elif node.operation != op.SYMBOL and node.id not in self.lanes:
+            if node.id not in self.lanes:
                 self._find_lane(node)
 
     def _add(self, vector: Vector) -> None:
         self.lanes |= {node.id: Lane(vector, k) for k, node in enumerate(vector.nodes)}
 
     def _find_lane(self, node: Expression) -> None:
-        """Add the vector of a node whose operands have lanes or are fixed, or itself to those that are fixed."""
-        moving = [x for x in node.needs if x.id not in self._fixed]
-        if not moving:
-            self._fixed.add(node.id)
-        elif all(x.id in self.lanes for x in moving):
-            places = {(self.lanes[x.id].vector.width, self.lanes[x.id].number) for x in moving}
-            if len(places) > 1:
-                if node in self._by_shape.get(self._shape_of_image(node, 1), ()):
-                    self._fixed.add(node.id)
-                return
+        """Add the vector of a node whose operands are lanes, all at the same position, or numbers."""
+        lanes = [self.lanes[x.id] for x in node.needs if x.id in self.lanes]
+        places = {(lane.vector.width, lane.number) for lane in lanes}
+        if all(x.id in self._independent for x in node.needs):
+            self._independent.add(node.id)
+        elif len(places) == 1:
             ((width, first),) = places
             nodes = [self._congruent(node, k - first) for k in range(width)]
             if len({x.id for x in nodes if x}) == width:
@@ -116,14 +110,14 @@ class _Congruence:
         )
 
     def _similar(self, node: Expression, turn: int) -> list[Expression]:
-        """Nodes with the operand that is a lane, and another one that is fixed, but computed with other constants."""
-        moving = [k for k, x in enumerate(node.needs) if x.id not in self._fixed]
-        if len(node.needs) < 2 or len(moving) > 1:
+        """Nodes with the operand that is a lane, and another one that is a number computed with other constants."""
+        moving = [k for k, x in enumerate(node.needs) if x.id in self.lanes]
+        if len(node.needs) < 2 or len(moving) > 1 or node.needs[1 - moving[0]].id not in self._independent:
             return []
         (k,), kind = moving, _kind(node.needs[1 - moving[0]])
         users = self._users.get(_use(node, k, self._image(node.needs[k], turn)), ())
         free = [x for x in users if x.id not in self.lanes]
-        return [x for x in free if any(y.id in self._fixed and _kind(y) == kind for y in x.needs)]
+        return [x for x in free if any(y.id in self._independent and _kind(y) == kind for y in x.needs)]
 
     def _shape_of_image(self, node: Expression, turn: int) -> Shape:
         """The shape of the image of a node, so many lanes further."""
@@ -135,7 +129,7 @@ class _Congruence:
         return lane.vector.nodes[(lane.number + turn) % lane.vector.width] if lane else x
 
     def _vector(self, nodes: tuple[Expression, ...], depth: int = 0) -> Vector:
-        """The vector of congruent nodes, or of fixed ones that are computed in the same way."""
+        """The vector of congruent nodes, or of numbers that are computed in the same way."""
         key = tuple(node.id for node in nodes)
         if key not in self._vectors:
             self._vectors[key] = self._vector_of(nodes, depth)

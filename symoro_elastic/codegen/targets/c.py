@@ -265,7 +265,7 @@ def with_needed(called: Iterable[str], has_angles: bool) -> frozenset[str]:
 
 C = Target(
     name="c",
-    title="C99 without extensions: one state a call",
+    title="C99: one state a call",
     suffixes=(".h", ".c"),
     precisions=tuple(PRECISIONS.values()),
     reserved=KEYWORDS | LIBRARY,
