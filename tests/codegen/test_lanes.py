@@ -95,7 +95,7 @@ def vectors_in(package: Package) -> list[LanesFunction | None]:
     return [in_lanes(function) for function in functions_of(package, DOUBLE)]
 
 
-@pytest.mark.sampled(16)
+@pytest.mark.sampled(24)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("case", CASES)
 def test_lanes_give_the_bits_of_the_text_without_vectors(case: str, compiler: str, tmp_path: Path) -> None:

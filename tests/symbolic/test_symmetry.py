@@ -37,7 +37,7 @@ def value_of(vector: Vector, lane: int, values: Mapping[int, float], constants: 
     return -numbers[0] if first.operation == "neg" else APPLIED[first.operation](*numbers)
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("symbolic", [False, True])
 @pytest.mark.parametrize("copies", [2, 4, 6])
 @pytest.mark.parametrize("seed", range(4))
