@@ -68,7 +68,7 @@ def with_named_sums(program: Program) -> Program:
 
 
 def _second_sums(roots: Iterable[Expression], named: Collection[int]) -> list[Expression]:
-    """Second terms of sums that are sums without a variable, in the statements of these nodes; operands first."""
+    """Sums without a variable in the second place of other sums, operands first, in the statements of these nodes."""
     sums: dict[int, Expression] = {}
     stack = [*roots]
     while stack:

@@ -153,7 +153,7 @@ class _Congruence:
 
     def _order(self, first: Expression, node: Expression, k: int) -> tuple[int, ...]:
         """Indices of the operands of lane k, in the order of the operands of the first lane."""
-        if first.operation not in (*SUMS, op.MULTIPLY) or len(node.needs) < 2:
+        if first.operation not in (*SUMS, op.MULTIPLY) or _constants(first):
             return tuple(range(len(node.operands)))
         (a, b), (x, y) = (self._image(operand, k) for operand in first.needs), node.needs
         is_reversed = a is y or b is x or (a is not x and b is not y and _kind(a) != _kind(x))
