@@ -32,6 +32,7 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
         package,
         parameters=tuple(replace(p, local=names.get(p.symbol, p.symbol)) for p in package.parameters),
         functions=tuple(replace(f, program=rename_variables(f.program, names)) for f in package.functions),
+        congruent=tuple(tuple(names.get(name, name) for name in cycle) for cycle in package.congruent),
     )
 
 

@@ -146,6 +146,8 @@ class Package:
     state: tuple[Argument, ...] = ()
     only: str | None = None
     states: tuple[str, ...] = ()
+    limbs: tuple[tuple[int, ...], ...] = ()
+    congruent: tuple[tuple[str, ...], ...] = ()
 
     def __repr__(self) -> str:
         """Return one line that names the machine and the functions."""

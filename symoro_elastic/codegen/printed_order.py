@@ -8,15 +8,16 @@ same sign, the terms of the second follow those of the first; else the part with
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
-from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.program import Program, Section, Statement, free_name, names_in
 
+SUMS, RESULTS = (ADD, SUBTRACT), Section("Results")
 Signed: TypeAlias = tuple[bool, Operand]
 """Whether there is a minus before it, and an expression without a sign or a constant that is not negative."""
 
@@ -45,6 +46,38 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
         statements=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.statements),
         quantities={name: in_place(x) for name, x in program.quantities.items()},
     ), changed
+
+
+def with_named_sums(program: Program) -> Program:
+    """Return the program with variables for sums within sums, so that its text adds terms in the order of its graph."""
+    names = names_in(program)
+    named = {s.node.id for s in (*program.once, *program.statements)}
+    statements: list[Statement] = []
+
+    def add(roots: Iterable[Expression], name: str, section: Section) -> None:
+        for node in _second_sums(roots, named):
+            named.add(node.id)
+            statements.append(Statement(free_name(f"{name}_sum", names), node, False, section))
+
+    for s in program.statements:
+        add([s.node], s.name, s.section)
+        statements.append(s)
+    for output in program.outputs:
+        add([x for x in output.entries if isinstance(x, Expression) and x.id not in named], output.name, RESULTS)
+    return replace(program, statements=tuple(statements))
+
+
+def _second_sums(roots: Iterable[Expression], named: Collection[int]) -> list[Expression]:
+    """Sums without a variable in the second place of other sums, operands first, in the statements of these nodes."""
+    sums: dict[int, Expression] = {}
+    stack = [*roots]
+    while stack:
+        node = stack.pop()
+        needs = [x for x in node.needs if x.id not in named and x.level == Level.STATE]
+        stack += needs
+        if node.operation in SUMS:
+            sums |= {x.id: x for x in needs if x is node.operands[1] and x.operation in SUMS}
+    return [sums[number] for number in sorted(sums)]
 
 
 def in_place_of(x: Operand, changed: Mapping[int, Expression]) -> Operand:

@@ -11,9 +11,11 @@ from functools import cached_property
 from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
+from symoro_elastic.codegen.printed_order import with_named_sums
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.codegen.time_steps import CLOSED
 from symoro_elastic.machine.arguments import arguments, known_of_base
+from symoro_elastic.machine.congruent import congruent_joints, congruent_symbols
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -57,7 +59,7 @@ def package(
 ) -> Package:
     """The package of traced models of a machine; raises `InputError` for reserved names."""
     refuse_taken_names(machine)
-    coupled, names = machine.is_coupled, FrameNames(machine)
+    coupled, names, limbs = machine.is_coupled, FrameNames(machine), congruent_joints(machine)
     return Package(
         name=machine.name,
         scene=scene,
@@ -71,7 +73,7 @@ def package(
             for p in machine.parameters
             if p.name not in folded
         ),
-        functions=tuple(_function(machine, model, folded) for model in traced),
+        functions=tuple(_function(machine, model, folded, bool(limbs)) for model in traced),
         antecedents=tuple(joint.antecedent for joint in machine.joints),
         source=PurePath(machine.source).name,
         options=_options(machine, folded, scene),
@@ -81,6 +83,8 @@ def package(
         steps=tuple(steps),
         state=_state(machine),
         states=state_names(machine, any(model.model.name == CLOSED for model in traced)),
+        limbs=limbs,
+        congruent=congruent_symbols(machine, limbs),
     )
 
 
@@ -104,8 +108,9 @@ def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, 
     return tuple(options)
 
 
-def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> Function:
-    model, program = traced.model, traced.program
+def _function(machine: Machine, traced: TracedModel, folded: Sequence[str], has_limbs: bool) -> Function:
+    model = traced.model
+    program = with_named_sums(traced.program) if has_limbs else traced.program
     frames_placed = [frame for result in traced.results.values() if result.rows is None for frame in result.frames]
     return Function(
         model.name,

@@ -347,6 +347,19 @@ def saving(whole: OperationCount, asked: OperationCount) -> Mapping[str, int]:
     return {f.name: getattr(whole, f.name) - getattr(asked, f.name) for f in fields(whole)}
 
 
+def names_in(program: Program) -> set[str]:
+    """Names of the variables of a program, and of its arguments, their entries and its results."""
+    arrays = {x.name for x in program.inputs} | {x.name for x in program.outputs}
+    return arrays.union(program.used, (s.name for s in (*program.once, *program.statements)))
+
+
+def free_name(stem: str, names: set[str]) -> str:
+    """The stem, with a number where it is among `names`, to which it is added."""
+    name = next(x for x in (f"{stem}{k or ''}" for k in itertools.count()) if x not in names)
+    names.add(name)
+    return name
+
+
 def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
     """Return the program with variables renamed; expressions without them are unchanged."""
     statements = (*program.once, *program.statements)

@@ -24,7 +24,7 @@ from symoro_elastic.codegen.precision import DOUBLE
 from tests.benchmarks.contest import COMPILERS, CXX_COMPILERS
 from tests.benchmarks.speed import OF_SINES, fastest
 from tests.benchmarks.tables import DATA, save_json
-from tests.benchmarks.targets import ARM, ARM_7, TREE, TWO
+from tests.benchmarks.targets import ARM, ARM_7, QUADRUPED, TREE, TWO
 
 ROOT = Path(__file__).parents[2]
 FILE = DATA / "figures.json"
@@ -33,7 +33,7 @@ BLOCK = re.compile(r"<!--table (\w+)-->\n.*?<!--end-->", re.DOTALL)
 RATIO = re.compile(r"\b1/\d+(?:\.\d+)?|\d+(?:\.\d+)?(?:\s+to\s+\d+(?:\.\d+)?)?\s+times\s+(?:faster|slower)")
 """How pages print ratios of times."""
 PEERS = re.compile(r"Pinocchio|CasADi|MuJoCo")
-MACHINES = {ARM: "6R", ARM_7: "7R", TREE: "29", TWO: "two-axis"}
+MACHINES = {ARM: "6R", ARM_7: "7R", TREE: "29", TWO: "two-axis", QUADRUPED: "quadruped"}
 MODELS = {
     "inverse_dynamics": "inverse",
     "direct_dynamics": "direct",
@@ -202,12 +202,17 @@ def figures() -> Named:
     }
 
 
+def measured(named: Named, figure: str) -> list[tuple[str, str]]:
+    """Return titles and names of the machines with a figure."""
+    return [(title, machine) for title, machine in MACHINES.items() if f"{machine}/{figure}" in named]
+
+
 def python_table(named: Named) -> str:
     """Return the table of calls from Python, a row for each machine and model."""
     columns = ["python-1/c", "python-1/ctypes", "python-1/numpy", "python-1/Pinocchio", "python-1000/c"]
     head = '| | | `"c"` | ctypes | numpy | Pinocchio | `"c"`, of 1000 states | numpy, of 1000 |\n|' + "---|" * 8
     rows = [head]
-    for title, machine in MACHINES.items():
+    for title, machine in measured(named, "inverse/python-1/c"):
         for model in ("inverse", "direct"):
             cells = [f"{named[f'{machine}/{model}/{column}']:.0f}" for column in (*columns, "python-1000/numpy")]
             rows.append(f"| {title} | {model} | {' | '.join(cells)} |")
@@ -258,7 +263,7 @@ def shares_table(named: Named) -> str:
     """Return the parts of the processor's limit that batches reach, both models in a cell."""
     heads = {f"{name}/{width}": f"{width}{more}" for width in ("AVX-512", "AVX2") for name, more in OF_SHARES.items()}
     rows = [f"| | {' | '.join(heads.values())} |\n|{'---|' * 5}"]
-    for title, machine in MACHINES.items():
+    for title, machine in measured(named, "inverse/share/AVX2"):
         cells = (", ".join(f"{named[f'{machine}/{m}/{key}']:.0f} %" for m in ("inverse", "direct")) for key in heads)
         rows.append(f"| {title}, inverse, direct | {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"

@@ -52,6 +52,16 @@ def humanoid() -> Machine:
     return built("humanoid", rows)
 
 
+def quadruped() -> Machine:
+    """15 revolute joints: a trunk on three, and four legs of 3."""
+    rows = [*limb("trunk", WAIST, 0, 0, 1)]
+    trunk = len(rows)
+    for end, sign in (("front", 1), ("hind", -1)):
+        for side in ("left", "right"):
+            rows += limb(f"{end}_{side}", LEG_OF_FOUR, trunk, len(rows), sign if side == "left" else 1.1 * sign)
+    return built("quadruped", rows)
+
+
 def two_axis() -> Machine:
     """The machine tool of the paper: two motors, ten springs."""
     return example("two_axis.toml")
@@ -91,6 +101,7 @@ MACHINES: dict[str, Callable[[], Machine]] = {
     "6R arm": arm_6,
     "7R arm": arm_7,
     "humanoid, 29 joints": humanoid,
+    "quadruped, 15 joints": quadruped,
     "two-axis machine": two_axis,
 }
 
@@ -120,6 +131,11 @@ LEG: tuple[Part, ...] = (
     ("ankle_pitch", "0", 0.3, 0, 0.3),
     ("ankle_roll", "pi/2", 0, 0, 0.8),
 )
+LEG_OF_FOUR: tuple[Part, ...] = (
+    ("hip_roll", "pi/2", 0.2, 0.05, 0.7),
+    ("hip_pitch", "-pi/2", 0.08, 0.1, 1.2),
+    ("knee", "0", 0.21, 0, 0.3),
+)
 WAIST: tuple[Part, ...] = (
     ("yaw", "0", 0, 0.08, 0.8),
     ("roll", "pi/2", 0, 0, 0.7),
@@ -136,7 +152,7 @@ ARM: tuple[Part, ...] = (
 )
 
 
-def limb(name: str, parts: Sequence[Part], antecedent: int, before: int, sign: int) -> Iterator[Row]:
+def limb(name: str, parts: Sequence[Part], antecedent: int, before: int, sign: float) -> Iterator[Row]:
     """Rows of a limb that hangs on a body; the first one is mirrored by `sign`."""
     for k, (part, alpha, d, r, mass) in enumerate(parts):
         on = antecedent if k == 0 else before + k

@@ -15,7 +15,7 @@ from tests.benchmarks.arithmetic_limit import limit
 from tests.benchmarks.contest import BUILD, COMPILERS, Array, Contestant, contest
 from tests.benchmarks.machines import MACHINES, rigid, with_base_parameters
 from tests.benchmarks.match import Match, matched, require_pinocchio, show, states
-from tests.benchmarks.ours import AVX2, AVX512, PAIRS, batch, code, scalar
+from tests.benchmarks.ours import AVX2, AVX512, NATIVE, PAIRS, batch, code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.benchmarks.targets import Figures, unmet
 
@@ -96,7 +96,11 @@ def ours(machine: Machine, model: str, x: Array) -> tuple[list[Contestant], dict
     """Calls and batches, and the operations of each."""
     folded = code(machine, model)
     found = [scalar(folded, x, f"call, {compiler}", compiler) for compiler in COMPILERS]
-    found.append(scalar(code(machine, model, fold=False), x, "call, gcc, parameters in p", "gcc"))
+    in_p = code(machine, model, fold=False)
+    found += [scalar(in_p, x, f"call, {compiler}, parameters in p", compiler) for compiler in COMPILERS]
+    if folded.package.limbs:
+        plain = (*NATIVE, "-DNO_VECTORS")
+        found += [scalar(folded, x, f"call without vectors, {compiler}", compiler, plain) for compiler in COMPILERS]
     for precision in (DOUBLE, SINGLE):
         narrow = folded if precision is DOUBLE else code(machine, model, precision=precision)
         for width, flags in BATCHES.items():

@@ -12,6 +12,7 @@ Counts = list[dict[str, str | int]]
 """Machine, model, operations of ours and of `CASADI`."""
 
 ARM, ARM_7, TREE, TWO = "6R arm", "7R arm", "humanoid, 29 joints", "two-axis machine"
+QUADRUPED = "quadruped, 15 joints"
 CASADI = "CasADi"
 RATIOS: tuple[tuple[str, str, str, float], ...] = (
     (ARM, "inverse_dynamics", "call, ", 9),

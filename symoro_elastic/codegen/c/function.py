@@ -161,13 +161,17 @@ class CFunction:
         self.name = precision.function(package.name, function.name)
         self.macro = (package.name + precision.suffix).upper()
         self.angles = angles_of(function.program)
-        self.printer = printer_of(function.program, precision, self.angles, form)
-        self.writer = CWriter(self.printer, form.number, form.real, package.joint_names)
-        self.once_writer = CWriter(self.printer, form.real, form.real, package.joint_names)
+        self._begin_text()
         self._declare_arrays()
         self._name_numbers()
         self._found: _Blocks | None = twin._found if twin and self._shares(twin) else None
         self._partition()
+
+    def _begin_text(self) -> None:
+        form, joints = self.form, self.package.joint_names
+        self.printer = printer_of(self.function.program, self.precision, self.angles, form)
+        self.writer = CWriter(self.printer, form.number, form.real, joints)
+        self.once_writer = CWriter(self.printer, form.real, form.real, joints)
 
     def _declare_arrays(self) -> None:
         package, function, state = self.package, self.function, self.precision.state
@@ -190,7 +194,7 @@ class CFunction:
     def _partition(self) -> None:
         program = self.function.program
         self.stored, at_end = self._stores()
-        self.steps = _of_use(self._steps(program.statements), at_end)
+        self.steps = of_use(self._steps(program.statements), at_end)
         self.used = at_end.union(*(step.uses for step in self.steps))
         self.constants = [s.name for s in program.once if s.name in self.used]
         self.outline = self._outline(at_end)
@@ -347,7 +351,7 @@ class CFunction:
     ) -> tuple[list[str], list[str]]:
         """Statements with loads and stores around them, and lines at the end."""
         loads = {**loads, **self._from_spill(part, self.writer)}
-        around, at_end = near_use([*part.steps], loads, [*_to_spill(part), *results])
+        around, at_end = near_use([*part.steps], loads, [*self._to_spill(part), *results])
         return self.writer.statements([step.statement for step in part.steps], around=around), at_end
 
     def _without_copied(self, part: Part, results: Sequence[str]) -> Part:
@@ -369,8 +373,12 @@ class CFunction:
         """Statements, between variables read from and written to the spill array."""
         read = self._from_spill(part, writer).values()
         lines = [*read, *writer.statements([s.statement for s in part.steps])]
-        spilled = [line for _, line in _to_spill(part)]
+        spilled = [line for _, line in self._to_spill(part)]
         return [*lines, "", *spilled] if spilled else lines
+
+    def _to_spill(self, part: Part) -> list[tuple[str, str]]:
+        """Variables that other parts need, and the lines that store them."""
+        return [(name, f"{INDENT}{SPILL}[{k}] = {name};") for name, k in part.live_out.items()]
 
     def _from_spill(self, part: Part, writer: CWriter) -> dict[str, str]:
         """Variables of other parts."""
@@ -381,17 +389,12 @@ class CFunction:
         return self.once_writer.unpack_lines(groups, used, {"p": self.form.load_parameter})
 
 
-def _to_spill(part: Part) -> list[tuple[str, str]]:
-    """Variables that other parts need, and the lines that store them."""
-    return [(name, f"{INDENT}{SPILL}[{k}] = {name};") for name, k in part.live_out.items()]
-
-
 def _size(shape: Sequence[int], names: Mapping[int, str]) -> str:
     """The size of a result, as a product where it is a matrix."""
     return "*".join(names.get(n, str(n)) if len(shape) == 1 else str(n) for n in shape) or "1"
 
 
-def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
+def of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
     """Steps that other steps or results need; angles used by sines and cosines only are not among them."""
     needed, kept = set(needed_at_end), []
     for step in reversed(steps):

@@ -101,7 +101,7 @@ class CPrinter(Printer):
         self.called: dict[str, None] = {}
         self.literals: Literals | None = None
         self._statement: Statement | None = None
-        self._named: dict[int, dict[str, Literal]] = {}
+        self._named: dict[str, dict[str, Literal]] = {}
         self._calling: set[int] = set()
 
     def text_of(self, statement: Statement) -> Printed:
@@ -113,12 +113,12 @@ class CPrinter(Printer):
 
     def named_numbers(self, statement: Statement) -> Iterable[Literal]:
         """The named numbers in a statement."""
-        return self._named.get(statement.node.id, {}).values()
+        return self._named.get(statement.name, {}).values()
 
     def share(self, other: CPrinter) -> None:
         """Reuse the text of a printer of the same program and numbers, for statements without function calls."""
         self._printed = {number: text for number, text in other._printed.items() if number not in other._calling}
-        self._named = {number: found for number, found in other._named.items() if number not in other._calling}
+        self._named = dict(other._named)
 
     def literal(self, value: float) -> Text:
         """A number by its name where it has one."""
@@ -131,7 +131,7 @@ class CPrinter(Printer):
         literal = self.literals.find(self._statement.section.joint, number.text)
         if literal is None:
             return number
-        self._named.setdefault(self._statement.node.id, {}).setdefault(literal.name, literal)
+        self._named.setdefault(self._statement.name, {}).setdefault(literal.name, literal)
         return Text(number.negative, literal.name, ATOM)
 
     def written(self, x: Operand) -> Text | None:

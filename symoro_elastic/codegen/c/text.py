@@ -6,7 +6,7 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c.function import SINCOS, Array, CFunction, PartText
 from symoro_elastic.codegen.c.lines import INDENT, comment, statement, with_arguments
@@ -22,11 +22,13 @@ LARGE_STACK = 64_000
 
 @dataclass(frozen=True)
 class Routine:
-    """A function of C: its head without `static`, its body."""
+    """A function of C: its head without `static`, its body, lines of the preprocessor before and after it."""
 
     head: str
     body: str
     is_static: bool = False
+    opening: str = ""
+    closing: str = ""
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,8 @@ class FunctionText:
     routines: tuple[Routine, ...]
 
 
-def function_text(function: CFunction) -> FunctionText:
-    """Return the text of a model for one state."""
+def function_text(function: CFunction, in_lanes: CFunction | None = None) -> FunctionText:
+    """Return the text of a model for one state; `in_lanes` is the same work where compilers have vectors."""
     about, stack = function_context(function.function), function.stack()
     main = head(function.name, function.signature, function.form.states)
     guaranteed = function.function.guaranteed.get(function.precision.name)
@@ -67,8 +69,19 @@ def function_text(function: CFunction) -> FunctionText:
         prepare=head(f"{function.name}_prepare", of_preparing(function)),
         prepared=head(f"{function.name}_prepared", function.arrays, function.form.states),
         in_box=in_box(function, guaranteed) if guaranteed else None,
-        routines=(*preparing(function), *working(function, working_name), *in_two_steps),
+        routines=(*preparing(function), *_either(function, in_lanes, working_name), *in_two_steps),
     )
+
+
+def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[Routine]:
+    """The functions that do the work of a call, those on vectors in place of the others where compilers have them."""
+    routines, vectors = working(function, name), working(in_lanes, name) if in_lanes else []
+    if not vectors:
+        return routines
+    vectors[0] = replace(vectors[0], opening="#ifdef CONGRUENT_IN_LANES")
+    routines[0] = replace(routines[0], opening="#else")
+    routines[-1] = replace(routines[-1], closing="#endif")
+    return [*vectors, *routines]
 
 
 def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from symoro_elastic.codegen.c.function import CFunction
+from symoro_elastic.codegen.c.lanes import in_lanes
 from symoro_elastic.codegen.c.lines import INDENT, in_comment, wrap_lines
 from symoro_elastic.codegen.c.printers import FUNCTIONS, OWN_FUNCTIONS, Form
 from symoro_elastic.codegen.c.steps import CSteps
@@ -61,7 +62,7 @@ LIBRARY = words(
     """
 )
 """Functions and macros of the standard library, and keywords and macros of compilers."""
-OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
+OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed lanes2 lanes4")
 """Identifiers of the templates that a user's name could hide."""
 
 
@@ -96,6 +97,7 @@ class SourceText(PackageText):
     functions: tuple[FunctionText, ...]
     called: frozenset[str]
     pair: str
+    has_lanes: bool
     advances: bool
     steps: CSteps
 
@@ -183,7 +185,8 @@ def functions_of(package: Package, precision: Precision) -> list[CFunction]:
 def text_of(package: Package, precision: Precision, functions: Sequence[CFunction]) -> SourceText:
     """Template data of a source of a package with these functions."""
     form = scalar_form(package, precision)
-    texts = tuple(map(function_text, functions))
+    lanes = [in_lanes(function) for function in functions]
+    texts = tuple(map(function_text, functions, lanes))
     has_angles = any(function.angles for function in functions)
     called = {name for function in functions for name in function.printer.called}
     return SourceText(
@@ -191,6 +194,7 @@ def text_of(package: Package, precision: Precision, functions: Sequence[CFunctio
         functions=texts,
         called=with_needed(called, has_angles) if precision.is_pair else frozenset(called),
         pair=form.pair,
+        has_lanes=any(lanes),
         advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
         steps=CSteps(package, precision, functions),
     )
@@ -261,7 +265,7 @@ def with_needed(called: Iterable[str], has_angles: bool) -> frozenset[str]:
 
 C = Target(
     name="c",
-    title="C99 without extensions: one state a call",
+    title="C99: one state a call",
     suffixes=(".h", ".c"),
     precisions=tuple(PRECISIONS.values()),
     reserved=KEYWORDS | LIBRARY,
