@@ -26,7 +26,7 @@ class FrameNames:
     a base that is given coordinates, else the joint of that name. A name that a frame of `machine.frames` has means
     that frame, not the row of the same name, which is `row NAME`; where a link and a joint have one name and two
     frames, they are `link NAME` and `joint NAME`. With `by_any_name` joints may be called by their variables and
-    numbers, too; a joint's own name comes before the variable of another. Modes of flexible bodies have no frame.
+    numbers, too; a joint's own name comes before the variable of another.
     """
 
     def __init__(self, machine: Machine, by_any_name: bool = False) -> None:
@@ -36,17 +36,11 @@ class FrameNames:
         self.rows, self.joints = rows, {**numbers, **variables, **rows} if by_any_name else rows
         self.named = {frame.name: len(rows) + k for k, frame in enumerate(machine.frames, start=1)}
         named_too = {kind_and_name(name)[1] for name in self.named}
-        self._modes = {rows[name]: name for body in machine.flexible for name in body.modes}
-        named_too.update(self._modes.values())
         self.own = {**{name: j for name, j in rows.items() if name not in named_too}, **self.named}
         self._base = row_of_base(machine)
 
     def number(self, text: str, or_frame_0: bool = False) -> int | None:
         """Return the number of a frame; None where there is none of this name."""
-        number = self._number(text, or_frame_0)
-        return None if number in self._modes else number
-
-    def _number(self, text: str, or_frame_0: bool) -> int | None:
         if or_frame_0 and text == BASE:
             return 0
         if self._base and text == BASE:

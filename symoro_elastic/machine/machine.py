@@ -290,6 +290,11 @@ class Machine(Shown):
         numbers = {joint.name: j for j, joint in enumerate(self.joints, start=1)}
         return {numbers[x.joint]: (x, tuple(numbers[name] for name in x.modes)) for x in self.flexible}
 
+    def no_frame_of_mode(self, number: int) -> str:
+        """Why a row has no frame: it is a mode of a flexible body; empty for other numbers of frames."""
+        body = next((x.joint for x, modes in self.flexible_bodies.values() if number in modes), "")
+        return f"it is a mode of {body}, which has no frame: name an interface of the body" if body else ""
+
     @cached_property
     def modal_followers(self) -> tuple[int, ...]:
         """Rows from bodies that bend by modes to their interfaces, whose places are those of the modes."""

@@ -154,6 +154,8 @@ def _number(text: str, machine: Machine, what: str, source: str, key: str, or_fr
     number = names.number(text, or_frame_0)
     if number is None:
         raise _unknown(text, names.choices(or_frame_0), what, source, key)
+    if reason := machine.no_frame_of_mode(number):
+        raise InputError(source, f"scene, {key}", f"{quote(text)}: {reason}")
     return number
 
 
@@ -304,6 +306,8 @@ class _Names:
         if number is None:
             raise self.fail(key, f"no frame {quote(name)}{did_you_mean(name, names.choices())}")
         frame = names.name(number)
+        if reason := self.machine.no_frame_of_mode(number):
+            raise self.fail(key, f"{frame}: {reason}")
         if frame in self.cut:
             raise self.fail(key, f"{frame} is the cut joint of a loop: name the frame that it meets")
         if row_under(self.machine, number) == 0:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,13 @@ import symoro_elastic as se
 from symoro_elastic.formats.toml.reading import read
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
+from tests.command_line import EXAMPLES, run
+from tests.generated_code import rendered
 from tests.references.mass_points import two_machines
 
 MODELS = ("direct_dynamics", "inverse_dynamics", "energy")
@@ -48,13 +53,15 @@ def model(machine: DescribedMachine, name: str, *arguments: Array) -> tuple[Arra
 
 
 def differences(
-    first: DescribedMachine, second: DescribedMachine, names: tuple[str, ...], seed: int
+    first: DescribedMachine, second: DescribedMachine, names: tuple[str, ...], seed: int, size: float = 0.3
 ) -> dict[str, float]:
-    """The largest difference of the results of models at a drawn state, of the largest entry."""
+    """The largest difference of the results of models at a drawn state, of the largest entry; `size` of positions."""
     rng = np.random.default_rng(seed)
     n, m = len(first.independent), len(first.motors)
-    drawn = {"q": 0.3 * rng.normal(size=n), "qd": rng.normal(size=n), "qdd": rng.normal(size=n)}
+    drawn = {"q": size * rng.normal(size=n), "qd": rng.normal(size=n), "qdd": rng.normal(size=n)}
     drawn |= {"tau": rng.normal(size=m), "qdd_motor": rng.normal(size=m)}
+    drawn |= {"Q0": np.array([0.5, 0.1, -0.7, 0.5]), "P0": rng.normal(size=3)}
+    drawn |= {"V0": rng.normal(size=6), "f0": rng.normal(size=6)}
     apart = {}
     for name in names:
         function = se.load(second, name, fold=["all"]).package.functions[0]
@@ -278,3 +285,134 @@ def test_slides_that_are_refused(old: str, new: str, what: str) -> None:
     with pytest.raises(InputError) as error:
         read(BRIDGE.replace("E0", "1e6").replace(old, new, 1), "bridge.toml")
     assert f"bridge.toml: joint 2 (cart), {what}" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "more", [{"base_slides": True}, {"floats": True}, {"shortens": 0.8}], ids=["slide", "floating", "short"]
+)
+def test_two_bodies_on_carriers_are_mass_points(more: dict[str, Any]) -> None:
+    """At rest in e foreshortening is exact for all rates; at a drawn position the others are."""
+    points, modal = two_machines(11, 1, True, **more)
+    size = 0.0 if "shortens" in more else 0.3
+    assert max(differences(points, modal, (*MODELS, "bias_forces"), 11, size).values()) < SAME
+
+
+def test_foreshortening_is_of_the_second_order() -> None:
+    points, modal = two_machines(12, 1, False, shortens=0.8)
+    full, half = (differences(points, modal, ("inertia_matrix",), 12, size)["inertia_matrix"] for size in (0.1, 0.05))
+    assert 3.5 < full / half < 4.5
+
+
+@pytest.mark.parametrize("kind", ["y", "torsion"])
+def test_a_beam_that_is_held_bent_is_one_that_stays_bent(kind: str) -> None:
+    """A torsion mode is held at an angle, a bending mode at a length: both deform the body."""
+    own = "1e3, GJ = 50, inertia_per_length = 0.4"
+    machine = beam("modes = 1", kind, EI=own)
+    held = restrict(machine, Scene(locked={f"hub_{kind}1": Formula.parse("0.2")}))
+    (bent,), (A,) = (model(x, "inertia_matrix", q) for x, q in ((held, np.zeros(1)), (machine, np.array([0, 0.2]))))
+    assert bent[0, 0] == pytest.approx(A[0, 0], rel=1e-14)
+    (straight,) = model(machine, "inertia_matrix", np.zeros(2))
+    assert abs(A[0, 0] / straight[0, 0] - 1) > 1e-4, "0.2 is a deflection that matters"
+
+
+WITH_TOOL = BEAM.replace("at = [0, 0, 0] }]", "at = [0, 0, 0] }, ROW]").replace("LENGTH", "1").replace("EI0", "1")
+WITH_TOOL = WITH_TOOL.replace("MASS", "1").replace("KIND", "y").replace("MORE", "modes = 1")
+TOOL = '{ name = "tool", antecedent = "hub_end", kind = "fixed" }'
+
+
+@pytest.mark.parametrize(
+    ("row", "more", "what"),
+    [
+        ("", "[bodies]\nhub_y1 = { mass = 1 }", "mode 'hub_y1': it has mass, which a mode has not"),
+        ("", "[motors]\nhub_y1 = { rotor_inertia = 1 }", "mode 'hub_y1': it has rotor_inertia, which a mode has not"),
+        ("", "[wrenches]\nhub_y1 = { force = [1, 0, 0] }", "mode 'hub_y1': it has force x, which a mode has not"),
+        ("", '[frames]\nspot = { on = "hub_y1" }', "mode 'hub_y1': its row carries 'spot', but has no place"),
+        (TOOL.replace("_end", "_y1"), "", "mode 'hub_y1': its row carries 'tool', but has no place"),
+        ("", "[bodies]\nhub_root = { mass = 1 }", "hub_root has the inertia of a body by modes: leave it out"),
+    ],
+)
+def test_rows_of_modes_are_bare(row: str, more: str, what: str) -> None:
+    with pytest.raises(InputError) as error:
+        check(read(WITH_TOOL.replace("ROW", row or TOOL.replace("_end", "")) + more, "beam.toml"))
+    assert what in str(error.value)
+
+
+WRITTEN = """
+name = "plate"
+gravity = [0, 0, -9.81]
+joints = [
+  { name = "hub", antecedent = 0, kind = "motor", sigma = 0, axis = "z", at = [0, 0, 0] },
+  { name = "e1", antecedent = "hub", kind = "elastic", sigma = 1, r = "e1" },
+  { name = "other", antecedent = 0, kind = "elastic", sigma = 1, r = "e2" },
+]
+bodies = { hub = { mass = 1, inertia = [1, 1, 1] }, other = { mass = 1 } }
+springs = { e1 = { stiffness = 5 }, other = { stiffness = 5 } }
+[flexible.hub]
+modes = ["e1"]
+Ct0 = [[0, 0.5, 0]]
+Ct1 = [[[0, 0, 0]]]
+T0 = [[[0, 0.2, 0], [0, 0, 0], [0, 0, 0]]]
+T1 = [[[[0, 0, 0], [0, 0.3, 0], [0, 0, 0]]]]
+Mee = [[0.3]]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ('["e1"]', '["other"]', "mode 'other': its antecedent is not the row of the body"),
+        ('["e1"]', '["hub"]', "mode 'hub': the row is motor: a mode is elastic"),
+        ("[[0.3]]", "[[0]]", "Mee: is not positive definite"),
+        ('r = "e1"', 'r = "e1 + 0.1"', "mode 'e1': it has r = 0.1, which a mode has not"),
+    ],
+)
+def test_integrals_that_no_body_has(old: str, new: str, what: str) -> None:
+    assert not check(read(WRITTEN, "plate.toml"))
+    with pytest.raises(InputError) as error:
+        check(read(WRITTEN.replace(old, new), "plate.toml"))
+    assert f"plate.toml: flexible body hub, {what}" in str(error.value)
+
+
+def test_a_mode_is_not_static_and_its_body_not_left_out() -> None:
+    machine = read(WRITTEN, "plate.toml")
+    with pytest.raises(InputError, match=r"static, e1: it is a mode of a flexible body"):
+        restrict(machine, Scene(static={"e1": None}))
+    with pytest.raises(InputError, match=r"no rigid body, rotor or drive has a number 'hub\.mass'"):
+        se.load(machine, "energy", scene={"zero": ["hub.mass"]})
+
+
+def test_a_mode_has_no_frame() -> None:
+    machine = read(WITH_TOOL.replace("ROW", TOOL), "beam.toml")
+    with pytest.raises(InputError, match=r"'hub_y1': it is a mode of hub_root, which has no frame: name an interface"):
+        se.load(machine, "jacobian", only={"jacobian": ["hub_y1"]})
+    with pytest.raises(InputError, match=r"it is a mode of hub_root, which has no frame"):
+        se.response(machine, inputs=["hub"], outputs=["hub_y1.x"])
+
+
+@pytest.mark.parametrize(
+    ("more", "cells", "what"),
+    [
+        ("modes = 1", {"mass": "0"}, "mass_per_length: is 0, and modes have mass"),
+        ("modes = 1", {"length": "1e300"}, "numbers or formulas that are too large or too small"),
+        ("modes = 1", {"length": "1e-300"}, "numbers or formulas that are too large or too small"),
+    ],
+)
+def test_beams_of_odd_numbers(more: str, cells: dict[str, str], what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        beam(more, **cells)
+    with pytest.raises(InputError, match="bends: names no deflection"):
+        read(WITH_TOOL.replace("ROW", TOOL).replace('["y"]', "[]"), "beam.toml")
+
+
+def test_modal_quantities_have_names() -> None:
+    machine = read(TWO_LINKS.replace("MORE", "stiffening = true"), "two_links.toml")
+    files = rendered(machine, Scene(models=("direct_dynamics",), fold="all"), ["c"])
+    (text,) = (text for name, text in files.items() if name.endswith(".c"))
+    assert "Um3_" in text and "Rm3_" in text and "fm3" in text and "(L50)-(L54)" in text
+    assert not re.search(r"\b\d\.\d+e-(1[89]|2\d)\b", text), "sums that cancel are zero, no rounding"
+
+
+def test_base_parameters_are_not_offered() -> None:
+    shown = run("show", EXAMPLES / "flexible_arm.toml")
+    assert "base inertial parameters: not offered for bodies that bend by modes" in shown.output
+    assert "shoulder   x       0.8         1.728      modes" in shown.output

@@ -174,6 +174,8 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
     if number is None:
         what = f"{quote(name)}: no frame {quote(part.name)}{did_you_mean(part.name, names.own)}"
         raise _error(machine, place, what)
+    if reason := machine.no_frame_of_mode(number):
+        raise _error(machine, place, f"{quote(name)}: {reason}")
     parameters = {parameter.name for parameter in machine.parameters}
     unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - parameters)
     if unknown:
