@@ -80,7 +80,7 @@ def frames_json(machine: Machine) -> dict[str, Any]:
 
 def beams_table(machine: Machine, title: str = "") -> Table:
     """Return the beams of a machine's file: first frequencies, Hz, are those with the root clamped and the tip free."""
-    heads = ("beam", "along", "length, m", "mass, kg", "rule", "number", "first frequencies if clamped, Hz")
+    heads = ("beam", "along", "length, m", "mass, kg", "rule", "joints or modes", "first frequencies if clamped, Hz")
     beams = machine.origin.beams if isinstance(machine, DescribedMachine) else ()
     is_chosen = any(beam.choice for beam in beams)
     table = Table((*heads, *(["predicted errors"] if is_chosen else [])), title=title)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import symoro_elastic as se
 from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, reduced
 from symoro_elastic.analysis.fe_bodies.sources import of_mesh
 from symoro_elastic.formats.modes_file import load
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from tests.command_line import EXAMPLES, ended
 
@@ -137,6 +139,7 @@ def _files(arrays: dict[str, np.ndarray]) -> Iterator[tuple[str, dict[str, np.nd
     yield "not symmetric", {**arrays, "G": arrays["G"] + np.eye(len(arrays["G"]), k=1)}, "G: is not symmetric"
     yield "negative", {**arrays, "G": -arrays["G"]}, "G: has a negative eigenvalue"
     yield "shape", {**arrays, "tool_phi": np.zeros((3, 99))}, "tool_phi: must be numbers of the shape"
+    yield "complex", {**arrays, "tool_phi": arrays["tool_phi"] * 1j}, "tool_phi: must be numbers of the shape"
     yield "rigid", {**arrays, "K": 0 * arrays["K"]}, "K: a mode without stiffness"
     yield "coupled", {**arrays, "K": arrays["K"] + 1e3}, "K: is not diagonal"
 
@@ -147,5 +150,17 @@ def test_wrong_files_are_refused(tmp_path: Path) -> None:
     for name, wrong, what in _files(arrays):
         np.savez(tmp_path / "wrong.npz", **wrong)
         assert what in _refused(lambda: load(tmp_path / "wrong.npz")), name
+    for content in (b"", b"text", (EXAMPLES / "bracket.npz").read_bytes()[:3000], _npy(np.eye(3))):
+        (tmp_path / "damaged.npz").write_bytes(content)
+        assert "not a .npz file of arrays" in _refused(lambda: load(tmp_path / "damaged.npz"))
+    with zipfile.ZipFile(tmp_path / "zeros.npz", "w", zipfile.ZIP_DEFLATED) as large:
+        large.writestr("G.npy", bytes(60_000_000))
+    assert "arrays of more than 50 MB" in _refused(lambda: load(tmp_path / "zeros.npz"))
     np.savez(tmp_path / "pickle.npz", G=np.array([{}], dtype=object), K=np.eye(2))
     assert "not a .npz file of arrays" in _refused(lambda: load(tmp_path / "pickle.npz"))
+
+
+def _npy(x: Array) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, x)
+    return stream.getvalue()
