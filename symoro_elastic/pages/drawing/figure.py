@@ -118,15 +118,16 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     springs = [joint.kind is Kind.ELASTIC for joint in machine.independent_joints]
     bars = bars_of(machine, lambda: placements.at(np.where(springs, 0.0, q)), values)
     within = {j: bar for bar in bars for j in range(bar.root, bar.end + 1)}
+    hidden = _rows_of_modes(machine) | {j for j, bar in within.items() if j != bar.end}
     shapes: list[Solid | Wire | Bar] = [*bars] if _floats(machine) else [*base_shapes(up, unit), *bars]
     for j, joint in _enumerate_joints(machine):
-        if joint.name not in COORDINATES and j not in within:
+        if joint.name not in COORDINATES and j not in {*hidden, *within}:
             shapes += joint_shapes(j, joint, T, unit)
-        if j in boxes and (j not in within or j == within[j].end):
+        if j in boxes and (j not in hidden or j not in within):
             shapes += [_body(T, j, boxes[j], unit)]
     return Figure(
         machine.name,
-        tuple(mark for mark in _marks(machine) if mark.frame not in within or mark.frame == within[mark.frame].end),
+        tuple(mark for mark in _marks(machine) if mark.frame not in hidden),
         tuple(shapes),
         T,
         (0, *machine.antecedents),
@@ -137,6 +138,14 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         room,
         tuple(_remarks(placements, boxes, giants)),
     )
+
+
+def _rows_of_modes(machine: Machine) -> set[int]:
+    """Rows of modes, and those from a body that bends by modes to what it carries."""
+    modes = {j for _, rows in machine.flexible_bodies.values() for j in rows}
+    variables = {machine.joint(j).variable for j in modes}
+    follow = (j for j, x in _enumerate_joints(machine) if x.kind is Kind.COUPLED)
+    return modes | {j for j in follow if variables & {*machine.joint(j).theta.names, *machine.joint(j).r.names}}
 
 
 def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
