@@ -381,6 +381,12 @@ def test_a_mode_is_not_static_and_its_body_not_left_out() -> None:
         se.load(machine, "energy", scene={"zero": ["hub.mass"]})
 
 
+def test_the_body_of_modes_is_not_swept() -> None:
+    machine = read(WITH_TOOL.replace("ROW", TOOL), "beam.toml")
+    with pytest.raises(InputError, match="its body bends by modes, whose integrals do not follow"):
+        se.sweep(machine, over={"hub_root.mass": (1, 2, 3)})
+
+
 def test_a_mode_has_no_frame() -> None:
     machine = read(WITH_TOOL.replace("ROW", TOOL), "beam.toml")
     with pytest.raises(InputError, match=r"'hub_y1': it is a mode of hub_root, which has no frame: name an interface"):

@@ -146,6 +146,9 @@ def _quantity_of(machine: Machine, name: str, by_name: dict[str, Quantity]) -> Q
     joint, _, key = name.partition(".")
     own = next((x for x in machine.joints if x.name == joint), None)
     if own and key in {label for cell, _ in cells(own) for label in (cell.name, cell.par)}:
+        if own.name in (body.joint for body in machine.flexible):
+            what = "its body bends by modes, whose integrals do not follow: give a beam joints in place of modes"
+            raise InputError(machine.label, OPTION, f"{quote(name)} cannot be swept: {what}")
         raise InputError(machine.label, OPTION, f"{quote(name)} cannot be swept: {STRUCTURE} in its place")
     what = f"no parameter, number of the table or position {quote(name)}{did_you_mean(name, by_name)}"
     raise InputError(machine.label, OPTION, what)

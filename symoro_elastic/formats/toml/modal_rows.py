@@ -92,15 +92,16 @@ class ModalRows:
 
     def _moves(self, follower: Follower) -> Iterator[tuple[str, int, str]]:
         """Slides along x, y, z and turns about z, y, x of a frame: what, axis and formula."""
+        point, shift, turn = map(without_rounding, (follower.point, follower.shift, follower.turn))
         for axis in range(3):
-            formula = _formula(follower.shift[:, axis], self.labels)
-            at = repr(float(follower.point[axis])) if follower.point[axis] else ""
+            formula = _formula(shift[:, axis], self.labels)
+            at = repr(float(point[axis])) if point[axis] else ""
             if at or formula:
                 yield "shift", axis, " + ".join(filter(None, (at, formula)))
             for what, w in follower.shorter.items() if axis == 0 else ():
                 yield what, 0, f"-({_quadratic(w, self.labels)})"
         for axis in (2, 1, 0):
-            if formula := _formula(follower.turn[:, axis], self.labels):
+            if formula := _formula(turn[:, axis], self.labels):
                 yield "turn", axis, formula
 
 
