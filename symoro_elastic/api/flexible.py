@@ -28,7 +28,7 @@ def flexible(
     material: str = "steel",
     scale: float = 1.0,
 ) -> FlexibleModes:
-    """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
+    """Return a body by modes: that of a .npz file, or of a finite-element model, which is modal_body to one.
 
     `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
     joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5" in m, or numbers
@@ -42,22 +42,22 @@ def flexible(
         For files that hold no model, models that are fixed already, and nodes that determine no position.
     """
     from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
-    from symoro_elastic.analysis.fe_bodies.reduction import reduced
+    from symoro_elastic.analysis.fe_bodies.reduction import modal_body
     from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_matrices, of_mesh
     from symoro_elastic.formats.modes_file import load
 
     file = str(source)
     if file.endswith(".npz"):
         if fixed or interfaces or mass or nodes:
-            raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
+            raise InputError(COMMAND, "--fixed", "a file of modes is modal_body already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces), modes, scale)
     if bool(mass) != bool(nodes):
         raise InputError(COMMAND, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
     model = of_matrices(file, str(mass), str(nodes), scale) if mass else of_mesh(file, material, scale)
-    held = nodes_of(model, fixed, "--fixed")
-    chosen = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
-    return FlexibleModes(file, reduced(model, held, chosen, modes))
+    joint_nodes = nodes_of(model, fixed, "--fixed")
+    interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
+    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes))
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
@@ -66,4 +66,4 @@ def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
     if not 0 <= modes <= MOST_MODES or modes + interfaces == 0:
         raise InputError(COMMAND, "--modes", f"must be from 0 to {MOST_MODES}, with an interface or a mode at least")
     if not 0 < scale < inf:
-        raise InputError(COMMAND, "--scale", f"{scale:g} is no scale: coordinates times it are metres")
+        raise InputError(COMMAND, "--scale", f"{scale:g} must be above 0: coordinates times it are metres")

@@ -102,12 +102,12 @@ class ModalBody:
         interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
         Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
-        kept = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
-        return replace(kept, doubts=tuple(x for name in self.interfaces for x in self._lost(kept, name)))
+        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
+        return replace(smaller, doubts=tuple(x for name in self.interfaces for x in self._lost(smaller, name)))
 
-    def _lost(self, kept: ModalBody, name: str) -> Iterator[str]:
+    def _lost(self, smaller: ModalBody, name: str) -> Iterator[str]:
         """A sentence on the directions of an interface in which modes that are left out yield."""
-        before, after = (np.diag(body.compliance(name)) for body in (self, kept))
+        before, after = (np.diag(body.compliance(name)) for body in (self, smaller))
         directions = ("along x", "along y", "along z", "about x", "about y", "about z")
         shares = {key: 1 - x / y for key, x, y in zip(directions, after, before, strict=True) if x < (1 - LOST) * y}
         if shares:
@@ -129,7 +129,7 @@ def save(body: ModalBody, file: str | Path) -> None:
 
 
 def load(file: str | Path) -> ModalBody:
-    """Return the body in a .npz file; raises `InputError` for what is no body."""
+    """Return the body in a .npz file; raises `InputError` for other content."""
     content, source = read_file(file, most=MOST_BYTES + 1), str(file)
     if len(content) > MOST_BYTES:
         raise InputError(source, "file", f"larger than {MOST_BYTES // 10**6} MB: keep fewer modes")
@@ -156,10 +156,10 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
     D = _symmetric(arrays, "D", source, m) if "D" in arrays else np.zeros((m, m))
     for key, x in (("K", K), ("D", D)):
         if np.abs(x - np.diag(np.diag(x))).max() > SAME * np.abs(x).max():
-            raise InputError(source, key, "is not diagonal: take modes that are orthogonal in it")
+            raise InputError(source, key, "is not diagonal: use modes that are orthogonal in it")
     if not (np.diag(K) > 0).all():
         raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
-    more = {key: _shaped(arrays, key, shape, source) for key, shape in _optional(m).items()}
+    more = {key: _of_shape(arrays, key, shape, source) for key, shape in _optional(m).items()}
     interfaces = _interfaces(arrays, m, source)
     return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")))
 
@@ -171,14 +171,14 @@ def _optional(m: int) -> dict[str, tuple[int, ...]]:
 def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Interface]:
     names = [key.removesuffix("_r") for key in arrays if key.endswith("_r") and key not in OWN]
     sizes = dict(zip(ENDS, ((3,), (3, m), (3, m)), strict=True))
-    parts = {name: [_shaped(arrays, name + end, size, source) for end, size in sizes.items()] for name in names}
+    parts = {name: [_of_shape(arrays, name + end, size, source) for end, size in sizes.items()] for name in names}
     for name, (point, phi, psi) in parts.items():
         if point is None or phi is None or psi is None:
             raise InputError(source, name, f"an interface has {', '.join(name + end for end in ENDS)}")
     return {name: Interface(point, phi.T, psi.T) for name, (point, phi, psi) in parts.items()}
 
 
-def _shaped(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source: str) -> Any:
+def _of_shape(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source: str) -> Any:
     if key not in arrays:
         return None
     x = arrays[key]
@@ -191,7 +191,7 @@ def _symmetric(arrays: Mapping[str, Array], key: str, source: str, size: int | N
     """A symmetric matrix without negative eigenvalues; raises `InputError`."""
     x = arrays[key]
     size = len(x) if size is None and x.ndim else size or 0
-    matrix: Array = _shaped(arrays, key, (size, size), source)
+    matrix: Array = _of_shape(arrays, key, (size, size), source)
     largest = np.abs(matrix).max(initial=0.0)
     if np.abs(matrix - matrix.T).max(initial=0.0) > SAME * largest:
         raise InputError(source, key, "is not symmetric")

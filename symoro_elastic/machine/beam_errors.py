@@ -21,7 +21,7 @@ from symoro_elastic.machine.beams import AXIAL, FITTED, FITTED_BENDING, MOST_JOI
 from symoro_elastic.machine.formula import Formula
 
 POLYNOMIALS = 16
-"""Terms of the beam itself: four frequencies within 1e-11 of those of its differential equation."""
+"""Terms of the beam itself: they give four frequencies of its differential equation within 1e-11."""
 
 
 Body = tuple[float, float, float]

@@ -116,7 +116,7 @@ def _section(squares: Mapping[str, float], directions: Mapping[str, Array]) -> I
 
 
 def _displacements(mode: Mode, places: Array, offsets: Array, length: float) -> Array:
-    """Displacements (n, 3) of points beside the axis."""
+    """Displacements (n, 3) of points at `offsets` (n, 3) from the axis."""
     moved: Array = mode.shift(places) + np.cross(mode.turn(places, length), offsets)
     return moved
 

@@ -27,7 +27,7 @@ LOOSE = 1e-6
 SAME = 1e-9
 """Of the largest entry: how far a matrix may be from symmetric, and a mass from one that acts alike in x, y, z."""
 DEPENDENT = 1e-10
-"""Squared norm of a shape outside of those before it, of its own."""
+"""Least squared norm of a shape's part that is orthogonal to the shapes before it, by its own norm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +47,15 @@ class FiniteElements:
     groups: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
-def reduced(model: FiniteElements, held: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
-    """Return the body whose nodes `held` (indices) the joint fixes, with six modes an interface and `count` more.
+def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
+    """Return the body whose nodes `fixed` (indices) the joint fixes, with six modes an interface and `count` more.
 
-    Raises `InputError` for a model that is fixed already, or that moves without deflection where it is held.
+    Raises `InputError` for a model that is fixed already, or that moves without deflection where it is fixed.
     """
-    refuse_wrong(model, held, interfaces)
+    refuse_wrong(model, fixed, interfaces)
     linalg, sparse = for_vibrations("scipy.sparse.linalg"), for_vibrations("scipy.sparse")
     n = len(model.x)
-    free = np.setdiff1d(np.arange(n), held)
+    free = np.setdiff1d(np.arange(n), fixed)
     rows = (3 * free[:, None] + np.arange(3)).ravel()
     K = sparse.csc_matrix(model.K)[rows][:, rows]
     M = sparse.kron(sparse.csc_matrix(model.m)[free][:, free], np.eye(3)).tocsc()
@@ -76,29 +76,29 @@ def reduced(model: FiniteElements, held: AnyArray, interfaces: Mapping[str, AnyA
     return _body(model, full.T.reshape(-1, n, 3), stiffness, interfaces)
 
 
-def refuse_wrong(model: FiniteElements, held: AnyArray, interfaces: Mapping[str, AnyArray]) -> None:
+def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray]) -> None:
     """Raise `InputError` for matrices that are not those of a free solid, and nodes that determine no position."""
     for name, matrix in (("K", model.K), ("M", model.m)):
         if abs(matrix - matrix.T).max() > SAME * abs(matrix).max():
             raise InputError(model.source, name, "is not symmetric")
     center = model.x - model.x.mean(axis=0)
     size = np.abs(center).max()
-    motions = np.vstack([np.tile(np.eye(3), len(center)), _turned(center / size)])
+    motions = np.vstack([np.tile(np.eye(3), len(center)), _rotations(center / size)])
     if np.abs(model.K @ motions.T).max() > LOOSE * abs(model.K).max():
         what = "a motion of the whole body meets forces: export the free model, --fixed holds it"
         raise InputError(model.source, "K", what)
-    for name, nodes in {"--fixed": held, **{f"--interface {key}": x for key, x in interfaces.items()}}.items():
+    for name, nodes in {"--fixed": fixed, **{f"--interface {key}": x for key, x in interfaces.items()}}.items():
         if np.linalg.matrix_rank(model.x[nodes] - model.x[nodes].mean(axis=0), tol=SAME * size) < 2:
-            raise InputError(model.source, name, f"{len(nodes)} nodes on a line or point: take some beside them")
+            raise InputError(model.source, name, f"{len(nodes)} nodes on a line or point: add nodes off that line")
 
 
-def _turned(x: Array) -> Array:
-    """Displacements (3, 3 n) by small turns about x, y, z."""
+def _rotations(x: Array) -> Array:
+    """Displacements (3, 3 n) by small rotations about x, y, z."""
     return np.array([np.cross(axis, x).ravel() for axis in np.eye(3)])
 
 
 def _loads(x: Array, nodes: AnyArray) -> Array:
-    """Forces (3 n, 6) on nodes that sum up to unit forces and moments at their centre, spread alike."""
+    """Forces (3 n, 6) on nodes that sum up to unit forces and moments about their centre, linear in the place."""
     center = x[nodes].mean(axis=0)
     arms = x[nodes] - center
     loads = np.zeros((len(x), 3, 6))
@@ -121,9 +121,9 @@ def _modes(shapes: Array, K: Any, M: Any) -> tuple[Array, Array]:
         outside = column
         for _ in range(2):
             outside = outside - basis @ (basis.T @ (M @ outside))
-        left = outside @ (M @ outside)
-        if left > DEPENDENT * (column @ (M @ column)):
-            basis = np.hstack([basis, (outside / np.sqrt(left))[:, None]])
+        square = outside @ (M @ outside)
+        if square > DEPENDENT * (column @ (M @ column)):
+            basis = np.hstack([basis, (outside / np.sqrt(square))[:, None]])
     squares, vectors = np.linalg.eigh(basis.T @ (K @ basis))
     modes = basis @ vectors
     largest = np.linalg.norm(modes.reshape(-1, 3, modes.shape[1]), axis=1)

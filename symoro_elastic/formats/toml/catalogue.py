@@ -24,7 +24,7 @@ STEEL = Formula.parse("2.06e11")
 
 
 def _list(*lengths: int) -> Type:
-    """A list of numbers or formulas, of these lengths."""
+    """A list with one of these numbers of entries, numbers or formulas."""
     schema = {"type": "array", "items": reference_to("formula"), "minItems": lengths[0], "maxItems": lengths[-1]}
     title = f"{' or '.join(map(str, lengths))} numbers or formulas"
     return Type(title, schema, lambda table, key: table.formulas(key, lengths))

@@ -28,7 +28,7 @@ def _numbers(table: Table, key: str) -> Array:
     try:
         return np.array(_floats(table.entries[key]), dtype=float)
     except (TypeError, ValueError):
-        raise table.fail(key, "must be lists of numbers, all of one length") from None
+        raise table.fail(key, "must be lists of numbers, all of equal length") from None
 
 
 def _floats(value: Any) -> Any:
@@ -46,7 +46,7 @@ FILE = Key(
     otherwise="modes and their integrals",
 )
 KEEP = Key(
-    *("keep", keys.NUMBER, "highest frequency of the modes that are kept, with the joint held"),
+    *("keep", keys.NUMBER, "highest frequency of the modes that are is_low, with the joint held"),
     '"800 Hz"',
     otherwise="all modes of the file",
     unit="Hz",
@@ -99,10 +99,10 @@ def bodies_of_files(top: Table) -> dict[str, ModalBody]:
 def _chosen(entry: Table, body: ModalBody) -> ModalBody:
     """The body with the modes and the damping that its entry says."""
     if KEEP.name in entry.entries:
-        kept = body.frequencies <= KEEP.read(entry)
-        if not kept.any():
+        is_low = body.frequencies <= KEEP.read(entry)
+        if not is_low.any():
             raise entry.fail(KEEP.name, f"is below all modes: the first has {body.frequencies.min():.4g} Hz")
-        body = body.keep(kept)
+        body = body.keep(is_low)
     if DAMPING.name in entry.entries:
         if (ratio := DAMPING.read(entry)) < 0:
             raise entry.fail(DAMPING.name, f"{ratio:g} must not be negative")
@@ -144,10 +144,10 @@ def written_bodies(top: Table) -> Iterator[FlexibleBody]:
         for mode in modes:
             if mode not in rows:
                 raise entry.fail(MODES.name, f"no joint {quote(mode)}{did_you_mean(mode, rows)}")
-        yield FlexibleBody.of(name, modes, {key.name: _shaped(entry, key, len(modes)) for key in INTEGRALS})
+        yield FlexibleBody.of(name, modes, {key.name: _of_shape(entry, key, len(modes)) for key in INTEGRALS})
 
 
-def _shaped(entry: Table, key: Key, m: int) -> Array:
+def _of_shape(entry: Table, key: Key, m: int) -> Array:
     array: Array = key.read(entry)
     shape = tuple(m if size == "m" else int(size) for size in SHAPES[key.name])
     if array.shape != shape or not np.isfinite(array).all():

@@ -131,7 +131,7 @@ def rows_along(beam: Beam, values: Mapping[str, float], name: str, own: Entries,
         terms = [
             f"{label}*({_at_place(polynomial, place)})"
             for label, mode in zip(labels, modal.modes, strict=True)
-            if (polynomial := _moved(mode, what, axis, modal.length))
+            if (polynomial := _motion(mode, what, axis, modal.length))
         ]
         if terms:
             sigma = int(what == "shift")
@@ -143,7 +143,7 @@ def rows_along(beam: Beam, values: Mapping[str, float], name: str, own: Entries,
     return [*rows, {"name": name + CARRIAGE, "kind": "fixed", **displacement(axes, own_axes(beam))}]
 
 
-def _moved(mode: Mode, what: str, axis: int, length: float) -> list[float]:
+def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
     """Coefficients, by powers of x in m, of a displacement or turn along an axis; empty where it is none."""
     is_bar = mode.kind in (TORSION, AXIAL)
     direction = ALONG if is_bar else mode.direction if what == "shift" else np.cross(ALONG, mode.direction)

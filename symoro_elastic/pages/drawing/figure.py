@@ -351,10 +351,10 @@ class Placements:
 
     def _of_all_rows(self, T: Array) -> Array:
         """Placements of frame 0 and of all rows; a mode, which has no frame, is where its body is."""
-        placed = dict(zip(FrameNames(self.machine).all(), T, strict=True)) | {0: np.eye(4)}
+        frames = dict(zip(FrameNames(self.machine).all(), T, strict=True)) | {0: np.eye(4)}
         for j, antecedent in enumerate(self.machine.antecedents, start=1):
-            placed.setdefault(j, placed.get(antecedent, placed[0]))
-        return np.array([placed[j] for j in range(len(self.machine.joints) + 1)])
+            frames.setdefault(j, frames.get(antecedent, frames[0]))
+        return np.array([frames[j] for j in range(len(self.machine.joints) + 1)])
 
 
 def placements_of(machine: Machine) -> Placements:

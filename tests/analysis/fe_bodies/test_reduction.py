@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, reduced
+from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, modal_body
 from symoro_elastic.analysis.fe_bodies.sources import of_mesh
 from symoro_elastic.formats.modes_file import load
 from symoro_elastic.foundation.array_types import Array
@@ -60,7 +60,7 @@ def test_a_bar_is_a_beam(bar: str) -> None:
 
 def test_compliance_is_that_of_all_elements(model: FiniteElements) -> None:
     held, tip = model.groups["root"], model.groups["tip"]
-    body = reduced(model, held, {"tip": tip}, 2)
+    body = modal_body(model, held, {"tip": tip}, 2)
     free = np.setdiff1d(np.arange(len(model.x)), held)
     rows = (3 * free[:, None] + np.arange(3)).ravel()
     K = model.K.toarray()[np.ix_(rows, rows)]
@@ -73,7 +73,7 @@ def test_compliance_is_that_of_all_elements(model: FiniteElements) -> None:
 
 def test_frequencies_come_from_above_and_are_exact_with_modes(model: FiniteElements) -> None:
     held, tip = model.groups["root"], {"tip": model.groups["tip"]}
-    few, many = (reduced(model, held, tip, count).frequencies for count in (0, 12))
+    few, many = (modal_body(model, held, tip, count).frequencies for count in (0, 12))
     free = np.setdiff1d(np.arange(len(model.x)), held)
     rows = (3 * free[:, None] + np.arange(3)).ravel()
     M = np.kron(model.m.toarray(), np.eye(3))[np.ix_(rows, rows)]
@@ -130,7 +130,7 @@ def test_refused(bar: str, model: FiniteElements, tmp_path: Path) -> None:
     assert "no material 'stel'; did you mean 'steel'" in _refused(lambda: se.flexible(bar, "root", material="stel"))
     assert "no mesh can be read" in _refused(lambda: se.flexible(EXAMPLES / "two_axis.toml", "root"))
     fixed = FiniteElements(model.x, model.K + sparse.identity(3 * len(model.x)) * 1e9, model.m, model.numbers, "K", "")
-    tied = _refused(lambda: reduced(fixed, model.groups["root"], {}, 2))
+    tied = _refused(lambda: modal_body(fixed, model.groups["root"], {}, 2))
     assert "a motion of the whole body meets forces: export the free model" in tied
 
 
