@@ -24,7 +24,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define BALL_SCREW_DIGEST 639926457
+#define BALL_SCREW_DIGEST 733083716
 
 #ifdef __cplusplus
 extern "C" {

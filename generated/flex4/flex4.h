@@ -19,7 +19,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define FLEX4_DIGEST 872586713
+#define FLEX4_DIGEST 380038655
 
 #ifdef __cplusplus
 extern "C" {

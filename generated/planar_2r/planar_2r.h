@@ -17,7 +17,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PLANAR_2R_DIGEST 831443876
+#define PLANAR_2R_DIGEST 728233821
 
 #ifdef __cplusplus
 extern "C" {

@@ -21,7 +21,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PUMA560_DIGEST 852915058
+#define PUMA560_DIGEST 681891137
 
 #ifdef __cplusplus
 extern "C" {

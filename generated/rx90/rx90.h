@@ -21,7 +21,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define RX90_DIGEST 512671038
+#define RX90_DIGEST 769292161
 
 #ifdef __cplusplus
 extern "C" {

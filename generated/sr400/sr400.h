@@ -29,7 +29,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define SR400_DIGEST 922546123
+#define SR400_DIGEST 934231960
 
 #ifdef __cplusplus
 extern "C" {

@@ -27,7 +27,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define TWO_AXIS_DIGEST 542004571
+#define TWO_AXIS_DIGEST 420835488
 
 #ifdef __cplusplus
 extern "C" {

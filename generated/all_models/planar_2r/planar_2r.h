@@ -17,7 +17,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PLANAR_2R_DIGEST 548647851
+#define PLANAR_2R_DIGEST 588994997
 
 #ifdef __cplusplus
 extern "C" {

@@ -20,10 +20,10 @@
 
 #include "planar_2r.h"
 #include "planar_2r_batch.h"
-#if PLANAR_2R_DIGEST != 548647851
+#if PLANAR_2R_DIGEST != 588994997
 #error "planar_2r.h is of another run: generate all files again"
 #endif
-#if PLANAR_2R_BATCH_DIGEST != 362846231
+#if PLANAR_2R_BATCH_DIGEST != 319710883
 #error "planar_2r_batch.h is of another run: generate all files again"
 #endif
 

@@ -13,7 +13,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PLANAR_2R_BATCH_DIGEST 362846231
+#define PLANAR_2R_BATCH_DIGEST 319710883
 
 #ifdef __cplusplus
 extern "C" {

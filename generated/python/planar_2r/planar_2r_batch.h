@@ -13,7 +13,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PLANAR_2R_BATCH_DIGEST 407310724
+#define PLANAR_2R_BATCH_DIGEST 662586360
 
 #ifdef __cplusplus
 extern "C" {

@@ -9,10 +9,10 @@
 #include "python_calls.h"
 #include "planar_2r.h"
 #include "planar_2r_batch.h"
-#if PLANAR_2R_DIGEST != 403127167
+#if PLANAR_2R_DIGEST != 141826038
 #error "planar_2r.h is of another run: generate all files again"
 #endif
-#if PLANAR_2R_BATCH_DIGEST != 407310724
+#if PLANAR_2R_BATCH_DIGEST != 662586360
 #error "planar_2r_batch.h is of another run: generate all files again"
 #endif
 

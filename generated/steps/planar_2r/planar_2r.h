@@ -17,7 +17,7 @@
 #include <stddef.h>
 
 /* Digest of this file and its source, which cannot be compiled with a header of another run. */
-#define PLANAR_2R_DIGEST 247694523
+#define PLANAR_2R_DIGEST 165356882
 
 #ifdef __cplusplus
 extern "C" {
