@@ -77,7 +77,7 @@ class Reference:
         return StateReference(self, state, decimals(DIGITS))
 
     def near(self, state: StateArguments, source: random.Random, forces: bool = False) -> StateReference:
-        """Return the models one ulp from a state: its numbers, the parameters, and constants that are rounded.
+        """Return the models one ulp from a state: its numbers, the parameters, rounded constants, sines and cosines.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
@@ -436,8 +436,8 @@ class StateReference:
 
 
 def _with_rounding(arithmetic: Arithmetic[Any], source: random.Random) -> Arithmetic[Any]:
-    """Return the arithmetic with every constant that double precision rounds one ulp off."""
-    moved: dict[Fraction, Any] = {}
+    """Return the arithmetic with constants that double precision rounds, sines and cosines, one ulp off."""
+    moved: dict[Fraction | tuple[str, Any], Any] = {}
 
     def number(x: Fraction | int) -> Any:
         if isinstance(x, int) or Fraction(float(x)) == x:
@@ -446,7 +446,18 @@ def _with_rounding(arithmetic: Arithmetic[Any], source: random.Random) -> Arithm
             moved[x] = arithmetic.number(_one_ulp_off(x, source))
         return moved[x]
 
-    return Arithmetic(number, arithmetic.operations)
+    def rounded(name: str) -> Callable[[Any], Any]:
+        def value(x: Any) -> Any:
+            if (name, x) not in moved:
+                exact = arithmetic.operations[name](x)
+                moved[name, x] = (
+                    exact if exact in (-1, 0, 1) else exact * arithmetic.number(_one_ulp_off(Fraction(1), source))
+                )
+            return moved[name, x]
+
+        return value
+
+    return Arithmetic(number, {**arithmetic.operations, **{name: rounded(name) for name in (SIN, COS)}})
 
 
 def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:

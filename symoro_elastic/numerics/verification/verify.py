@@ -1,8 +1,8 @@
 """Generated code against a 50-digit reference, at moderate and at extreme states.
 
 The error of a result is its largest difference over its largest reference entry, or over 1 where
-the result is zero. It may be 1e-12; where it is more, 64 times the change that one ulp of the
-inputs makes (and, at extreme states, one ulp of A and H).
+the result is zero. It may be 1e-12; where it is more, 64 times the change that one ulp of the inputs
+and of sines and cosines makes (and, at extreme states, one ulp of A and H).
 """
 
 from __future__ import annotations
