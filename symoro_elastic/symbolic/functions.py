@@ -2,7 +2,7 @@
 
 An angle is split into multiples of pi, a constant in radians, and one term for each variable;
 sine and cosine of the sum come from the addition theorem, so an offset costs no accuracy at
-large angles, and quarter turns are exact.
+large angles, and quarter turns are exact. Variables times factors that are rounded, as slopes of modes, are one term.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ Circle: TypeAlias = tuple[Operand, Operand]
 def cosine_sine(graph: Graph, angle: Scalar) -> Circle:
     """Cosine and sine of an angle in radians."""
     terms, radians = _linear_terms(operand(angle))
+    terms = _with_one_rounded(terms)
     halves = _half_turns(radians)
     turns = Fraction(0) if halves is None else halves
     point: Circle = (1, 0)
@@ -112,6 +113,7 @@ def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
 def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | None:
     """Terms of an angle that are not constants, with their factors, and its half turns; None for other constants."""
     terms, radians = _linear_terms(operand(angle))
+    terms = _with_one_rounded(terms)
     halves = _half_turns(radians)
     if halves is None:
         return None
@@ -137,6 +139,17 @@ def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fr
         else:
             terms[x] = terms.get(x, Fraction(0)) + factor
     return [(x, factor) for x, factor in terms.items() if factor], radians
+
+
+def _with_one_rounded(terms: list[tuple[Expression, Fraction]]) -> list[tuple[Expression, Fraction]]:
+    """The terms with one sum in place of those that are products, of which double precision rounds each."""
+    is_rounded = {x: x.operation == op.MULTIPLY or f.denominator & (f.denominator - 1) for x, f in terms}
+    rounded = [(x, factor) for x, factor in terms if is_rounded[x] and x.operation != op.PI]
+    sense = Fraction(1 if not rounded or rounded[0][1] > 0 else -1)
+    total = operand(sum((x * (sense * factor) for x, factor in rounded), start=Fraction(0)))
+    if len(rounded) < 2 or not isinstance(total, Expression):
+        return terms
+    return [*(term for term in terms if term not in rounded), (total, sense)]
 
 
 def _half_turns(radians: Fraction) -> Fraction | None:

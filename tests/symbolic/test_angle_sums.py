@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import math
+from fractions import Fraction
 from pathlib import Path
 
 import mpmath
@@ -21,10 +23,10 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.programs.catalogue import trace, trace_scene
 from symoro_elastic.symbolic.angle_sums import with_angle_sums
-from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
-from symoro_elastic.symbolic.operations import SYMBOL
+from symoro_elastic.symbolic.operations import SIN, SYMBOL
 from tests.references.random_machines import random_machine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -138,3 +140,16 @@ def test_sums_are_a_point_of_the_trade_where_they_pay(monkeypatch: pytest.Monkey
     assert any("exceed any bound" in note for note in far.notes)
     with pytest.raises(InputError, match=r"needs 3\.15 or more"):
         trade(machine("planar_2r.toml"), Scene(models=("jacobian",), merge_angles=1.0))
+
+
+def test_products_of_variables_share_a_sine() -> None:
+    """They round, so that the sum of sines of each would be no more accurate; sums of variables are split."""
+    graph = Graph()
+    a, b, N = (graph.symbol(name) for name in ("a", "b", "N"))
+    for angle, sines in ((a + b, 2), (a / 3 + b * Fraction(7, 10), 1), (a * N - b / 3, 1), (a + b / 3 + a * N, 2)):
+        nodes = reachable(cosine_sine(graph, angle))
+        assert sum(node.operation == SIN for node in nodes) == sines
+        value = evaluate(cosine_sine(graph, angle), {"a": 0.3, "b": -1.7, "N": 5.0}, FLOATS)
+        whole = float(evaluate([angle], {"a": 0.3, "b": -1.7, "N": 5.0}, FLOATS)(angle))
+        for x, exact in zip(cosine_sine(graph, angle), (math.cos(whole), math.sin(whole)), strict=True):
+            assert float(value(x)) == pytest.approx(exact, abs=4e-16)
