@@ -28,7 +28,7 @@ def flexible(
     material: str = "steel",
     scale: float = 1.0,
 ) -> FlexibleModes:
-    """Return a body by modes: that of a .npz file, or of a finite-element model, which is modal_body to one.
+    """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
 
     `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
     joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5" in m, or numbers
@@ -49,7 +49,7 @@ def flexible(
     file = str(source)
     if file.endswith(".npz"):
         if fixed or interfaces or mass or nodes:
-            raise InputError(COMMAND, "--fixed", "a file of modes is modal_body already: leave it out")
+            raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces), modes, scale)
     if bool(mass) != bool(nodes):

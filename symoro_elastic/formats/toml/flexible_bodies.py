@@ -46,7 +46,7 @@ FILE = Key(
     otherwise="modes and their integrals",
 )
 KEEP = Key(
-    *("keep", keys.NUMBER, "highest frequency of the modes that are is_low, with the joint held"),
+    *("keep", keys.NUMBER, "highest frequency of the modes that are kept, with the joint held"),
     '"800 Hz"',
     otherwise="all modes of the file",
     unit="Hz",
