@@ -12,13 +12,13 @@ and gamma are in the frame before the joint's rotation, where gamma is shortest;
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
+from symoro_elastic.mechanics.base_body import WrenchKnown, base_acceleration
 from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
-from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
-from symoro_elastic.mechanics.elastic_cells import CellElimination, ElasticCell, cell_qdd, eliminate_cell, join_bodies
+from symoro_elastic.mechanics.clusters import Cluster
+from symoro_elastic.mechanics.dynamic_quantities import Dynamics, Rules
+from symoro_elastic.mechanics.elastic_cells import ElasticCell, join_bodies
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -29,14 +29,14 @@ from symoro_elastic.mechanics.elimination import (
     joint_acceleration,
     prescribe,
 )
-from symoro_elastic.mechanics.flexible_inertia import ModalMotion, Modes
+from symoro_elastic.mechanics.flexible_inertia import Modes
+from symoro_elastic.mechanics.joint_groups import follow, follow_cell, reduce, suspend
 from symoro_elastic.mechanics.kinematics import Scalars, angular_motion, angular_velocities, coriolis, velocity_terms
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
 from symoro_elastic.mechanics.spatial import (
     AT_REST,
     ZERO,
-    ArticulatedInertia,
     Matrix,
     RigidInertia,
     Scalar,
@@ -47,42 +47,7 @@ from symoro_elastic.mechanics.spatial import (
     hat_plus_hat_squared,
 )
 
-__all__ = ["AccelerationKnown", "Dynamics", "Rule", "SingularPivot", "TorqueKnown", "dynamics"]
-
-Rules = Sequence[Rule | Cluster | ElasticCell | None]
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """All quantities of a dynamic model, by joint number; entry 0 is the base, where it is part of the machine.
-
-    `mechanism` is the given one, its tips of unknown acceleration described in the frames before their joints'
-    rotations. `bias` and `remainder` are the parts of V'_j; gamma_j is that of the remainder. `F` holds the wrenches
-    [12] of bodies whose acceleration is known, `solved`, `reduced`, `moved` and `cells` solutions for
-    the base, clusters and elastic cells. `flexible` are the motions of modes, by the number of each.
-    """
-
-    mechanism: Mechanism
-    w: list[Vector]
-    gamma: list[Twist]
-    wd: dict[int, Vector] = field(default_factory=dict)
-    vd: dict[int, Vector] = field(default_factory=dict)
-    U: dict[int, Matrix] = field(default_factory=dict)
-    bias: dict[int, Twist] = field(default_factory=dict)
-    remainder: dict[int, Twist] = field(default_factory=dict)
-    beta: dict[int, Wrench] = field(default_factory=dict)
-    betas: dict[int, Wrench] = field(default_factory=dict)
-    Js: dict[int, ArticulatedInertia] = field(default_factory=dict)
-    eliminated: dict[int, Elimination] = field(default_factory=dict)
-    F: dict[int, Wrench] = field(default_factory=dict)
-    f: dict[int, Wrench] = field(default_factory=dict)
-    qdd: dict[int, Scalar] = field(default_factory=dict)
-    Gamma: dict[int, Scalar] = field(default_factory=dict)
-    reduced: dict[int, ClusterElimination] = field(default_factory=dict)
-    moved: dict[int, ClusterMotion] = field(default_factory=dict)
-    solved: dict[int, Solution] = field(default_factory=dict)
-    cells: dict[int, CellElimination] = field(default_factory=dict)
-    flexible: dict[int, ModalMotion] = field(default_factory=dict)
+__all__ = ["AccelerationKnown", "Dynamics", "Rule", "Rules", "SingularPivot", "TorqueKnown", "dynamics"]
 
 
 def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown | None = None) -> Dynamics:
@@ -188,11 +153,11 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             f = link.transform.T * s.f[j]
         elif isinstance(rule, Cluster):
             if j == rule.first:
-                _reduce(s, j, i, rule)
+                reduce(s, j, i, rule)
             continue
         elif isinstance(rule, ElasticCell):
             if j == rule.end:
-                _suspend(s, j, s.mechanism.link(rule.links[0]).antecedent, rule)
+                suspend(s, j, s.mechanism.link(rule.links[0]).antecedent, rule)
             continue
         else:
             s.eliminated[j] = e = _eliminate(s, j, link, rule)
@@ -204,29 +169,6 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             s.f[j], f = R * f, X.T * f
         if i in s.f:
             s.f[i] = s.f[i] + f  # (15)
-
-
-def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
-    """A cluster in place of a joint; o is its antecedent."""
-    B_o = s.remainder.get(o, AT_REST)
-    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, B_o, s.flexible, s.bias)
-    if o not in s.vd:
-        s.Js[o], s.betas[o] = s.Js[o] + e.K, s.betas[o] - e.alpha  # (L27)
-    elif o in s.f:
-        s.f[o] = s.f[o] + e.alpha  # (15)
-
-
-def _suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
-    """A cell in place of a joint; j is the body that it carries, o its antecedent."""
-    try:
-        s.cells[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
-    except ZeroDivisionError:
-        raise SingularPivot(j) from None
-    s.f[j] = e.f
-    if o not in s.vd:
-        s.betas[o] = s.betas[o] - e.alpha  # (L45)
-    elif o in s.f:
-        s.f[o] = s.f[o] + e.alpha  # (15)
 
 
 def _eliminate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
@@ -253,9 +195,9 @@ def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
     for j, link in s.mechanism.from_base():
         rule = rules[j]
         if isinstance(rule, Cluster):
-            _follow(s, j, link, rule)
+            follow(s, j, link, rule)
         elif isinstance(rule, ElasticCell):
-            _follow_cell(s, j, link, rule, qd)
+            follow_cell(s, j, link, rule, qd)
         elif j not in s.vd:
             _accelerate(s, j, link, rule)
         if isinstance(rule, AccelerationKnown):
@@ -264,34 +206,6 @@ def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
             if j in s.flexible:
                 V, known = (s.vd[link.antecedent], s.wd[link.antecedent]), _known_of_modes(s.flexible[j].modes, rules)
                 s.Gamma[j] = s.Gamma[j] + s.flexible[j].force(j, V, known)  # (L55)
-
-
-def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
-    """Acceleration of a body of a cluster; those of its coordinates at its first link."""
-    if j == cluster.first:
-        o = cluster.members.antecedent
-        s.moved[j] = motion(s.reduced[j], cluster, s.remainder[o] if o in s.Js else AT_REST)
-        s.qdd.update(s.moved[j].qdd)
-    _move(s, j, link)
-
-
-def _follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
-    """Acceleration of a body of a cell; those of its joints at its first link."""
-    e, o = s.cells[cell.end], link.antecedent
-    if j == cell.links[0]:
-        s.qdd.update(cell_qdd(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
-        s.Gamma.update(cell.Gamma)
-    if j == cell.end:
-        s.vd[j], s.wd[j] = s.remainder[j] = e.V
-    else:
-        _move(s, j, link)
-
-
-def _move(s: Dynamics, j: int, link: Link) -> None:
-    """Acceleration of a body whose joint has a known one."""
-    V = link.before * s.remainder[link.antecedent] + s.gamma[j]
-    s.remainder[j] = link.joint_rotation * V + s.qdd.get(j, 0) * link.axis  # (L28)
-    s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]
 
 
 def _accelerate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> None:

@@ -105,6 +105,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Equations": lambda _: se.equations(PENDULUM, "inertia_matrix"),
     "Evaluation": lambda _: se.evaluate(DRIVE, "inverse_dynamics", at={"motor": 0.1}),
     "ExcitingTrajectory": lambda _: _excited(),
+    "FlexibleModes": lambda _: se.flexible(ROOT / "examples" / "bracket.npz"),
     "FrameStiffness": lambda _: se.stiffness(DRIVE, frame="tool"),
     "FeedForward": lambda _: se.feed_forward(DRIVE),
     "Generated": _generated,

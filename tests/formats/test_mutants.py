@@ -6,16 +6,19 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import copy
 
 import pytest
 
 from symoro_elastic.foundation.errors import InputError
+from tests.command_line import EXAMPLES
 from tests.fuzz import READERS, REPEATED, available, mutant, outcome, sources
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("reader", available())
 def test_readers_take_the_files_that_are_damaged(reader: str, tmp_path: Path) -> None:
+    copy(EXAMPLES / "bracket.npz", tmp_path)
     for content in READERS[reader].sources():
         path = tmp_path / f"arm{READERS[reader].suffix}"
         path.write_bytes(content)

@@ -12,6 +12,7 @@ from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.formats.par import reading as par
 from symoro_elastic.formats.par import syntax as par_syntax
 from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import Origin
 from symoro_elastic.machine.formula import Formula
@@ -37,6 +38,10 @@ def test_example_survives_writing(path: Path, format_, tmp_path: Path) -> None:
     assert there == machine
     assert par.read(par.write(there), machine.source) == machine
     file = tmp_path / f"again.{'toml' if format_ is toml else 'par'}"
+    if machine.flexible and format_ is par:
+        with pytest.raises(InputError, match="does not know the integrals of its modes"):
+            write_machine(machine, file)
+        return
     write_machine(machine, file)
     assert replace(read_machine(file)[0], source=machine.source) == machine
 
