@@ -66,6 +66,12 @@ class Parameter:
     unit: str = ""
 
 
+def known_values(parameters: Iterable[Parameter]) -> dict[str, float]:
+    """The values of the parameters that have one which is a number, by name."""
+    cells = {parameter.name: parameter.value for parameter in parameters if parameter.value is not None}
+    return {name: value for name, cell in cells.items() if (value := cell.known_value({})) is not None}
+
+
 @dataclass(frozen=True)
 class Base:
     """Motion of frame 0, in frame 0, and gravity (m/s2), in frame 0."""
@@ -289,6 +295,11 @@ class Machine(Shown):
         """Flexible bodies with the numbers (from 1) of their modes, by the number of the row that they belong to."""
         numbers = {joint.name: j for j, joint in enumerate(self.joints, start=1)}
         return {numbers[x.joint]: (x, tuple(numbers[name] for name in x.modes)) for x in self.flexible}
+
+    @cached_property
+    def modal_rows(self) -> frozenset[int]:
+        """Numbers (from 1) of the rows that are modes of flexible bodies."""
+        return frozenset(j for _, modes in self.flexible_bodies.values() for j in modes)
 
     def no_frame_of_mode(self, number: int) -> str:
         """Why a row has no frame: it is a mode of a flexible body; empty for other numbers of frames."""

@@ -67,7 +67,7 @@ def _not_static(machine: Machine, j: int) -> str:
 def _coupling(machine: Machine, j: int) -> str:
     """Return why the force of a spring is not its joint's reaction alone; empty if it is."""
     joint = machine.joint(j)
-    if any(joint.name in body.modes for body in machine.flexible):
+    if j in machine.modal_rows:
         return "it is a mode of a flexible body, whose force is not the reaction at a joint: keep it in the motion"
     changed_by = joint.spring.stiffness.names & machine.variables.keys()
     if changed_by:

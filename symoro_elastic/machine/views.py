@@ -13,7 +13,7 @@ from symoro_elastic.machine.drives import ONE, Drive, LowPass, Notch, Sought, ga
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Machine, known_values
 from symoro_elastic.quantities.frames import BASE
 
 CASCADE = "cascade"
@@ -84,7 +84,7 @@ def beams_table(machine: Machine, title: str = "") -> Table:
     beams = machine.origin.beams if isinstance(machine, DescribedMachine) else ()
     is_chosen = any(beam.choice for beam in beams)
     table = Table((*heads, *(["predicted errors"] if is_chosen else [])), title=title)
-    values = _stated_values(machine)
+    values = known_values(machine.parameters)
     for beam in beams:
         numbers = (Formula.parse(text).known_value(values) for text in (beam.length, beam.piece(0.0, 1.0)[0]))
         length, mass = ("-" if x is None else f"{x:.6g}" for x in numbers)
@@ -108,7 +108,7 @@ def _by_first_cell(table: Table) -> dict[str, dict[str, str]]:
 def catalogue_table(machine: Machine, title: str = "") -> Table:
     """Return the springs whose stiffness comes from a catalogue, with values where parameters have some."""
     table = Table(("spring", "stiffness", "formula", "source", "tolerance"), title=title)
-    values = _stated_values(machine)
+    values = known_values(machine.parameters)
     units = {joint.name: f"{joint.force_unit}/{joint.unit}" for joint in machine.joints}
     for spring in machine.origin.catalogue_springs if isinstance(machine, DescribedMachine) else ():
         value = spring.stiffness.known_value(values)
@@ -116,12 +116,6 @@ def catalogue_table(machine: Machine, title: str = "") -> Table:
         shown = f"by {varying}" if value is None else f"{value:.6g} {units.get(spring.joint, '')}"
         table.add_row(spring.joint, shown, _written(spring.stiffness), spring.source, spring.tolerance)
     return table
-
-
-def _stated_values(machine: Machine) -> dict[str, float]:
-    """The values of parameters that have one."""
-    stated = {parameter.name: parameter.value for parameter in machine.parameters if parameter.value is not None}
-    return {name: x for name, cell in stated.items() if (x := cell.known_value({})) is not None}
 
 
 def limits_table(machine: Machine, title: str = "") -> Table:

@@ -20,6 +20,6 @@ def _(result: FlexibleModes) -> dict[str, Plot | str]:
 
 
 def _frequencies(result: FlexibleModes, count: int, axes: Any) -> None:
-    frequencies = sorted(result.body.frequencies.tolist())[:count]
+    frequencies = result.body.frequencies[:count].tolist()
     dots(axes, {"frequency": frequencies}, [f"mode {k}" for k in range(1, count + 1)])
     axes.set_xlabel("frequency with the joint held, Hz")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,6 +41,7 @@ from symoro_elastic.machine.machine import (
     NamedFrame,
     Orientation,
     Parameter,
+    known_values,
 )
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.resolve import Models, resolve
@@ -64,7 +65,7 @@ def read(text: str, source: str) -> DescribedMachine:
 def machine_of(top: Table) -> DescribedMachine:
     """The machine in the top table of a file, as `read` gives it."""
     machine = _machine_of(top)
-    chosen, choices = with_chosen_joints(top, machine, _values(machine.parameters))
+    chosen, choices = with_chosen_joints(top, machine, known_values(machine.parameters))
     if not choices:
         return machine
     machine = _machine_of(chosen)
@@ -78,7 +79,7 @@ def _machine_of(top: Table) -> DescribedMachine:
     source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
-    values = _values(parameters)
+    values = known_values(parameters)
     beams = beams_of(top, values)
     top, flexible, remarks = with_rows_of_parts(top, beams, values)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
@@ -111,12 +112,6 @@ def _machine_of(top: Table) -> DescribedMachine:
     machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
-
-
-def _values(parameters: Iterable[Parameter]) -> dict[str, float]:
-    """The values of parameters that have one."""
-    cells = {parameter.name: parameter.value for parameter in parameters if parameter.value is not None}
-    return {name: value for name, cell in cells.items() if (value := cell.known_value({})) is not None}
 
 
 def _has_masses(joints: Sequence[Joint], floating: Floating | None) -> bool:

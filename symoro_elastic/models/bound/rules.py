@@ -142,7 +142,7 @@ class Motion:
     def _transmissions(self) -> tuple[Members, ...]:
         """Clusters of independent joints only, whose known accelerations are of joints that follow none."""
         independent = {*self.bound.machine.independent}
-        modal = {j for _, modes in self.bound.machine.flexible_bodies.values() for j in modes}
+        modal = self.bound.machine.modal_rows
         return tuple(
             members
             for members in self.members

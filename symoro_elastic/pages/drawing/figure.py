@@ -140,12 +140,11 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     )
 
 
-def _rows_of_modes(machine: Machine) -> set[int]:
+def _rows_of_modes(machine: Machine) -> frozenset[int]:
     """Rows of modes, and those from a body that bends by modes to what it carries."""
-    modes = {j for _, rows in machine.flexible_bodies.values() for j in rows}
-    variables = {machine.joint(j).variable for j in modes}
-    follow = (j for j, x in _enumerate_joints(machine) if x.kind is Kind.COUPLED)
-    return modes | {j for j in follow if variables & {*machine.joint(j).theta.names, *machine.joint(j).r.names}}
+    variables = {machine.joint(j).variable for j in machine.modal_rows}
+    coupled = ((j, joint) for j, joint in _enumerate_joints(machine) if joint.kind is Kind.COUPLED)
+    return machine.modal_rows | {j for j, joint in coupled if variables & {*joint.theta.names, *joint.r.names}}
 
 
 def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
