@@ -1,4 +1,4 @@
-"""Spong's reduced model, the full model with spinning rotors, and the rigid limit, each as a machine.
+"""Spong's reduced model, and the full model with spinning rotors, each as a machine.
 
 A rotor of inertia Jr about z_j, N turns a turn of its joint, on a body that turns with w has the energy
     T = Jr (N qd + z.w)^2 / 2 = Ia qd^2 / 2 + (Ia / N) qd z.w + (Ia / N^2) (z.w)^2 / 2,    Ia = N^2 Jr.
@@ -11,11 +11,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.machine.scene import Scene
 
 ZZ = 5
 
@@ -53,21 +52,29 @@ def _is_balanced(body: Body) -> bool:
     return xx.tree == yy.tree and all(x.is_zero for x in (*body.moments[:2], xy, xz, yz))
 
 
-def reduced_model(machine: Machine) -> Machine:
+def spins(machine: Machine) -> dict[str, Formula]:
+    """Return the inertia of rotors about their own axes, by joint, that turns with the bodies that carry them, too."""
+    inertia = {machine.joint(j).name: machine.joint(j).body.inertia[ZZ] for j in rotors(machine)}
+    return {name: x for name, x in inertia.items() if not x.is_zero}
+
+
+def reduced_model(machine: AnyMachine, names: Collection[str] | None = None) -> AnyMachine:
     """Return Spong's reduced model: the inertia of rotors about their own axes turns with their joints only.
 
-    ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway.
+    ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway. `names` are
+    the joints of the rotors that are decoupled, by default all.
     """
-    joints = list(machine.joints)
-    for j in rotors(machine):
-        joint = joints[j - 1]
-        spin = joint.body.inertia[ZZ]
-        xx, xy, xz, yy, yz, _ = joint.body.inertia
-        if not spin.is_zero:
-            body = replace(joint.body, inertia=(xx, xy, xz, yy, yz, ZERO))
-            bare = replace(joint, ratio=ZERO, electrics=joint.reflected_electrics, cogging=joint.reflected_cogging)
-            joints[j - 1] = replace(bare, body=body, rotor_inertia=_sum(joint.reflected_inertia, spin))
-    return replace(machine, joints=tuple(joints))
+    coupled = [name for name in spins(machine) if names is None or name in names]
+    return replace(machine, joints=tuple(with_coupling(x, "0") if x.name in coupled else x for x in machine.joints))
+
+
+def with_coupling(joint: Joint, factor: str) -> Joint:
+    """Return a joint of whose rotor's own inertia this factor turns with its carrier, the rest with the joint alone."""
+    xx, xy, xz, yy, yz, spin = joint.body.inertia
+    coupled = Formula.parse(f"({factor})*({spin})") if factor != "0" else ZERO
+    alone = spin if coupled.is_zero else Formula.parse(f"(1 - ({factor}))*({spin})")
+    body = replace(joint.body, inertia=(xx, xy, xz, yy, yz, coupled))
+    return replace(joint.reflected, ratio=ZERO, body=body, rotor_inertia=_sum(joint.reflected_inertia, alone))
 
 
 def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
@@ -96,12 +103,6 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
             surplus = f"({coupled} / ({ratio!r}) - {coupled})"
             joints[joint.antecedent - 1] = replace(carrier, body=_with_inertia(carrier.body, _along(joint, surplus)))
     return replace(machine, joints=tuple(joints))
-
-
-def rigid(machine: Machine) -> Machine:
-    """Return the rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
-    locked = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
-    return restrict(machine, Scene(locked=locked))
 
 
 def _geared_joint(machine: Machine, name: str, ratio: float) -> int:

@@ -40,6 +40,12 @@ def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
     return replace(with_held_joints(machine, held_positions(machine, scene.static), "static"), static=rows)
 
 
+def rigid(machine: AnyMachine) -> AnyMachine:
+    """The rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
+    locked = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
+    return restrict(machine, Scene(locked=locked))
+
+
 def under_forces(machine: AnyMachine, frames: Iterable[str]) -> AnyMachine:
     """The machine whose models have wrenches on some frames, as `RequestedPart` writes them, as arguments."""
     return replace(machine, forces=tuple(map(RequestedPart.parse, dict.fromkeys(frames))))

@@ -1,6 +1,7 @@
 """Numbers of bodies and rotors, and parts of drives, that a scene sets to zero.
 
 A number is named by its joint and its column, as in cart_y.mass, ram.XX, ram.center_of_mass.z, motor_y.rotor_inertia.
+Without motor_y.rotor_coupling the rotor turns with its joint alone, not with its carrier too (`reduced_model`).
 Parts of drives are lags, dead times and filters, motor_x.lag, motor_x.dead_time, motor_x.filter_1: what they let pass
 follows at once. Whole numbers keep the structure of a machine: its inertia matrix is symmetric, and nothing is made
 from nothing.
@@ -18,9 +19,17 @@ from symoro_elastic.machine.drives import Drive, Drives
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.reduced import reduced_model, spins
 
 BODIES = "bodies"
 """The table whose numbers may be left out, in addition to rotor inertias."""
+
+COUPLING = "rotor_coupling"
+
+
+def couplings_of(machine: Machine) -> dict[str, str]:
+    """The joints of rotors that are coupled with the bodies that carry them, by the names of the couplings."""
+    return {f"{name}.{COUPLING}": name for name in spins(machine)}
 
 
 def numbers_of(machine: Machine) -> dict[str, Formula]:
@@ -43,6 +52,8 @@ def with_zeros(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     if isinstance(machine, DescribedMachine):
         drives = {name: _without_parts(name, drive, names) for name, drive in machine.drives.by_motor.items()}
         machine = replace(machine, drives=Drives(drives))
+    decoupled = {joint for name, joint in couplings_of(machine).items() if name in names}
+    machine = reduced_model(machine, decoupled) if decoupled else machine
     joints = tuple(_without_numbers(joint, names) for joint in machine.joints)
     static = {j: _without_numbers(row, names) for j, row in machine.static.items()}
     return replace(machine, joints=joints, static=static)
@@ -50,7 +61,7 @@ def with_zeros(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
 
 def refuse_unknown(machine: Machine, names: Collection[str], source: str) -> None:
     """Raise `InputError` for a name that is not a number of a body, rotor or drive, or that is zero."""
-    numbers = [*numbers_of(machine), *parts_of_drives(machine)]
+    numbers = [*numbers_of(machine), *couplings_of(machine), *parts_of_drives(machine)]
     for name in names:
         if name not in numbers:
             what = f"no rigid body, rotor or drive has a number {quote(name)}{did_you_mean(name, numbers)}"

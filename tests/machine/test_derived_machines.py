@@ -15,7 +15,8 @@ from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Floating, Kind, Machine
 from symoro_elastic.machine.named_cells import with_named_cells, with_values
-from symoro_elastic.machine.reduced import reduced_model, rigid, rotors, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, rotors, with_ratios
+from symoro_elastic.machine.restrict import rigid
 from tests.machine.samples import COUPLED
 
 DISC = "{ mass = 1, center_of_mass = [0, 0, 0], inertia = [0.0004, 0.0004, 0.0007] }"

@@ -31,9 +31,10 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import with_cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
+from symoro_elastic.machine.reduced import with_coupling
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.zeroed import name_of, numbers_of
+from symoro_elastic.machine.zeroed import couplings_of, name_of, numbers_of
 from symoro_elastic.models.steps.implicit_steps import Motors
 from symoro_elastic.numerics.evaluation.arrays import values_along
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
@@ -43,6 +44,7 @@ from symoro_elastic.numerics.within.tape import Change, Kind, Tape
 
 NEARLY = 0.25
 """Of the best gain: numbers that gain as much are left out at once."""
+ONE = Formula.parse("1")
 Errors = Mapping[str, float]
 LEAST_INERTIA = 0.5
 """Of the inertia that a motion sees along any combination of joints: how much stays of it."""
@@ -328,16 +330,23 @@ class LeftOutNumbers:
 
 
 def with_symbols(machine: Machine) -> tuple[Machine, dict[str, str]]:
-    """Return the machine whose numbers of bodies and rotors are parameters, and these by the names of the numbers."""
-    numbers, used = numbers_of(machine), {parameter.name for parameter in machine.parameters}
+    """Return the machine whose numbers of bodies and rotors are parameters, and these by the names of the numbers.
+
+    The coupling of a rotor is a factor 1 of the inertia that turns with its carrier; the rest turns with the joint.
+    """
+    couplings = couplings_of(machine)
+    numbers = numbers_of(machine) | dict.fromkeys(couplings, ONE)
+    used = {parameter.name for parameter in machine.parameters}
     stem = next(x for x in ("number", *(f"number{k}_" for k in range(len(used) + 1))) if f"{x}1" not in used)
     symbols = {name: f"{stem}{k}" for k, name in enumerate(numbers, 1)}
     values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
     new = tuple(Parameter(symbols[name], Formula.parse(x.value(values))) for name, x in numbers.items())
     cells = {name: Formula.parse(symbol) for name, symbol in symbols.items()}
+    factors = {joint: symbols[name] for name, joint in couplings.items()}
 
     def with_names(joint: Joint) -> Joint:
-        return with_cells(joint, lambda cell, x: cells.get(name_of(joint, cell), x))
+        named = with_cells(joint, lambda cell, x: cells.get(name_of(joint, cell), x))
+        return with_coupling(named, factors[joint.name]) if joint.name in factors else named
 
     joints = tuple(map(with_names, machine.joints))
     return replace(machine, joints=joints, parameters=(*machine.parameters, *new)), symbols

@@ -30,7 +30,8 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
-from symoro_elastic.machine.reduced import reduced_model, rigid, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, with_ratios
+from symoro_elastic.machine.restrict import rigid
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.independent_joints import (

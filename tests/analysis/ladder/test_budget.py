@@ -35,6 +35,8 @@ from symoro_elastic.formats.toml.writing import write_scene
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Table
 from symoro_elastic.machine import scene as request
+from symoro_elastic.machine.machine import Machine
+from tests.analysis.ladder.motions import moved
 from tests.analysis.ladder.scenes import Scene, many
 from tests.command_line import EXAMPLES, refused
 
@@ -121,7 +123,7 @@ def test_changes_without_numbers_are_those_of_simulations() -> None:
     fine = prediction.fine_steps(0)
     _, whole = measurement().simulation(WHOLE, 0).run("w3", fine)
     numbers = LeftOutNumbers(prediction.paths[0])
-    sets = [("j4.YZ",), ("j4.XZ",), ("j3.XZ", "j4.YZ")]
+    sets = [("j4.YZ",), ("j4.XZ",), ("j3.XZ", "j4.YZ"), ("j3.rotor_coupling",)]
     predicted = np.abs(numbers.changes(sets, ())).max(axis=0)
     for names, errors in zip(sets, predicted, strict=True):
         rung = replace(WHOLE, zero=names)
@@ -257,3 +259,34 @@ def test_tolerances_of_results_are_refused_beside_a_budget(tmp_path: Path) -> No
 def test_without_a_budget_there_is_none() -> None:
     assert replace(found(), budget=None).as_json()["budget"] is None and found().as_json()["budget"]["path"]
     assert found().advised == budget().advised.rung
+
+
+def geared_arm() -> Machine:
+    """A planar arm whose rotors are bodies on the arm, before elastic gears; the second one is heavy."""
+    joints = [
+        {"name": "j1", "kind": "motor", "sigma": 0, "antecedent": 0, "theta": "q1"},
+        {"name": "f1", "kind": "elastic", "sigma": 0, "antecedent": 1, "theta": "q2"},
+        {"name": "j2", "kind": "motor", "sigma": 0, "antecedent": 2, "theta": "q3", "d": 0.5},
+        {"name": "f2", "kind": "elastic", "sigma": 0, "antecedent": 3, "theta": "q4"},
+        {"name": "tool", "kind": "fixed", "sigma": 2, "antecedent": 4, "d": 0.4},
+    ]
+    bodies = {
+        "j1": {"mass": 1, "inertia": [0.01, 0, 0, 0.01, 0, 0.02]},
+        "f1": {"mass": 6, "center_of_mass": [0.25, 0, 0], "inertia": [0.01, 0, 0, 0.4, 0, 0.4]},
+        "j2": {"mass": 1, "inertia": [0.01, 0, 0, 0.01, 0, 0.2]},
+        "f2": {"mass": 3, "center_of_mass": [0.2, 0, 0], "inertia": [0.01, 0, 0, 0.2, 0, 0.2]},
+    }
+    springs = {"f1": {"stiffness": 2e4, "damping": 5}, "f2": {"stiffness": 1e4, "damping": 2}}
+    return se.read({"name": "geared", "gravity": [0, 0, -9.81], "joints": joints, "bodies": bodies, "springs": springs})
+
+
+def test_changes_without_the_coupling_of_rotors_are_those_of_simulations() -> None:
+    tolerance = dict.fromkeys(("tool.x", "tool.y"), 1e-4)
+    reference = moved(geared_arm(), 0.5, {"j1": (0.6, 0.3), "j2": (0.4, 0.3)})
+    prediction = Prediction(reference.machine, (reference,), tolerance)
+    measured, names = Measurement(prediction), ("j2.rotor_coupling",)
+    predicted = np.abs(LeftOutNumbers(prediction.paths[0]).changes([names], ())).max(axis=0)[0]
+    fine = prediction.fine_steps(0)
+    _, whole = measured.simulation(WHOLE, 0).run("w3", fine)
+    _, left = SimulatedRung(prediction, replace(WHOLE, zero=names), 0).run("w3", fine)
+    np.testing.assert_allclose(np.abs(left - whole).max(axis=0), predicted, rtol=0.1)

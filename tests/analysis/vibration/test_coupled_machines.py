@@ -18,7 +18,7 @@ from symoro_elastic.foundation.array_types import AnyArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Spring, Wrench
-from symoro_elastic.machine.reduced import rigid
+from symoro_elastic.machine.restrict import rigid
 from symoro_elastic.models.programs.catalogue import trace
 from symoro_elastic.numerics.evaluation.assembled_states import start_of
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion

@@ -14,7 +14,8 @@ from symoro_elastic.analysis.vibration.comparison import along, compare, compari
 from symoro_elastic.analysis.vibration.reference_trajectory import through
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
-from symoro_elastic.machine.reduced import reduced_model, rigid, rotors, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, rotors, with_ratios
+from symoro_elastic.machine.restrict import rigid
 from tests.analysis.vibration.machines import drive, machine_of, spring
 from tests.compiled_models import cell, vector
 from tests.references.multiprecision import bias_forces, inertia_matrix

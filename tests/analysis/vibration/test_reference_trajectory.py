@@ -19,8 +19,7 @@ from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.machine.reduced import rigid
-from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.restrict import restrict, rigid
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.verification.implementations import numpy_model
