@@ -8,7 +8,9 @@ states of the search. Each use of a node that is not computed is gone: its user 
 dropped the operand. States join the program until its solution is within the tolerances at all of them.
 
 The bound is one of the first order: effects change with the program, so a search that computes them anew can get below
-it. A row: operations of the inverse model (a sine counts as eight), what the search leaves, and what the bound leaves.
+it. A row: operations of the inverse model (a sine counts as eight), what the search leaves, and what the bound leaves;
+base parameters, and how many of them become zero one after another, as they are and with all others fitted again: where
+parameters are nearly dependent, the others take over what is left out.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import linalg, sparse
 from scipy.optimize import linprog
 
 import symoro_elastic as se
@@ -45,6 +47,8 @@ FAR = 6.0
 """Times the tolerance: a change with a larger effect is in no selection."""
 JOIN, CLOSE, ROUNDS = 150, 0.01, 40
 """States and results that join in a round, the relative excess that is allowed, rounds at most."""
+STATES = 1000
+"""Drawn for fits of parameters."""
 Term = tuple[int, float]
 
 
@@ -155,6 +159,39 @@ def most_saved(task: Task, search: Search) -> float:
     return -float(solution.fun)
 
 
+def zero_parameters(task: Task, machine: DescribedMachine) -> tuple[int, int, int]:
+    """Return the number of base parameters, and how many become zero within the tolerance, and with the others fitted.
+
+    Torques at drawn states are linear in independent columns of the regressor.
+    """
+    model = se.load(machine, "regressor")
+    states = task.box.draw(STATES, np.random.default_rng(0))
+    values_of = dict(zip(task.tape.symbols, states, strict=True))
+    still = np.zeros(STATES)
+    rows = [np.array([values_of.get(name, still) for name in x.symbols]).T for x in task.program.inputs]
+    Y = np.array([np.asarray(model.regressor(*state)) for state in zip(*rows, strict=True)])
+    torques = task.tape.values(task.tape.rows(states)).T
+    A, tau = (Y / task.allowed[:, None]).reshape(-1, Y.shape[2]), (torques / task.allowed).ravel()
+    _, R, order = linalg.qr(A, mode="economic", pivoting=True)
+    A = A[:, order[: np.linalg.matrix_rank(R)]]
+    values = np.linalg.lstsq(A, tau, rcond=None)[0]
+
+    def left_out(fitted: bool) -> int:
+        left = [*range(A.shape[1])]
+        while True:
+            choices = []
+            for k in left:
+                kept = [j for j in left if j != k]
+                x = np.linalg.lstsq(A[:, kept], tau, rcond=None)[0] if fitted else values[kept]
+                choices.append((np.abs(A[:, kept] @ x - tau).max(), k))
+            error, k = min(choices)
+            if error > 1:
+                return A.shape[1] - len(left)
+            left.remove(k)
+
+    return A.shape[1], left_out(False), left_out(True)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Print a row per machine."""
     parser = argparse.ArgumentParser(description="How near the search for terms is to the best selection.")
@@ -162,7 +199,18 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", type=int, default=3)
     given = parser.parse_args(argv)
     machines = [DescribedMachine.of(se.read(EXAMPLES / f"{x}.toml")) for x in ("planar_2r", "puma560_measured")]
-    table = Table(("machine", "operations", "left by the search", "left by the bound"), title=f"within {given.within}")
+    table = Table(
+        (
+            "machine",
+            "operations",
+            "left by the search",
+            "left by the bound",
+            "parameters",
+            "zero",
+            "zero, others fitted",
+        ),
+        title=f"within {given.within}",
+    )
     for machine in [*machines, *map(drawn_arm, range(given.seeds))]:
         task = task_of(machine, given.within)
         sample = task.sample(task.first_sample(), np.ones(len(task.allowed)))
@@ -170,7 +218,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         accepted = search.run().changes
         full = Liveness(task.tape).cost
         left, bound = Liveness(task.tape, accepted).cost, full - most_saved(task, search)
-        table.add_row(machine.name, str(full), f"{left} ({1 - left / full:.1%} less)", f"{bound:.0f}")
+        parameters = map(str, zero_parameters(task, machine))
+        table.add_row(machine.name, str(full), f"{left} ({1 - left / full:.1%} less)", f"{bound:.0f}", *parameters)
     print_parts([table])
 
 

@@ -399,8 +399,9 @@ SCENE = Section(
         ),
         Key(
             *("zero", keys.TEXTS),
-            "numbers of bodies and rotors, parts of drives (lag, dead_time, filter_1) that are left out: a joint and a "
-            "key, as `elbow.mass`, `elbow.center_of_mass.x`, `elbow.XX`",
+            "numbers of bodies and rotors, couplings of rotors with their carriers (rotor_coupling), parts of drives "
+            "(lag, dead_time, filter_1) that are left out: a joint and a key, as `elbow.mass`, "
+            "`elbow.center_of_mass.x`, `elbow.XX`",
             '["elbow.mass"]',
             default=(),
             otherwise="none",
