@@ -18,10 +18,10 @@ from tests.benchmarks.match import Match, matched, require_pinocchio, show, stat
 from tests.benchmarks.ours import Code, code, scalar
 from tests.benchmarks.peers import casadi_c, pinocchio_cpp
 from tests.benchmarks.tables import print_table, progress, save_json
-from tests.benchmarks.targets import ARM, ARM_7, CASADI, TREE, Counts, Figures, unmet_of_derivatives
+from tests.benchmarks.targets import ARM, ARM_7, CASADI, QUADRUPED, TREE, Counts, Figures, unmet_of_derivatives
 
 MODELS = ("inverse_dynamics_derivatives", "direct_dynamics_derivatives")
-TITLES = (ARM, ARM_7, TREE)
+TITLES = (ARM, ARM_7, TREE, QUADRUPED)
 """Machines with a motor at every joint and no springs: Pinocchio differentiates no law of a spring."""
 BY = 3
 """Matrices that a model gives."""
