@@ -21,6 +21,7 @@ def flexible(
     source: str | Path,
     fixed: str = "",
     interfaces: Mapping[str, str] = NOTHING,
+    rails: Mapping[str, str] = NOTHING,
     *,
     mass: str | Path | None = None,
     nodes: str | Path | None = None,
@@ -32,7 +33,8 @@ def flexible(
 
     `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
     joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5" in m, or numbers
-    "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes` more.
+    "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes` more. Rails are
+    strips of nodes along x, y or z, on which a row slides (`along`); each has twelve modes under loads along it.
     `material` of a mesh is a name or "E,nu,density"; coordinates times `scale` are metres, 0.001 for mm. The origin of
     the file is that of the joint's frame.
 
@@ -48,16 +50,17 @@ def flexible(
 
     file = str(source)
     if file.endswith(".npz"):
-        if fixed or interfaces or mass or nodes:
+        if fixed or interfaces or rails or mass or nodes:
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
-    _refuse(fixed, len(interfaces), modes, scale)
+    _refuse(fixed, len(interfaces) + len(rails), modes, scale)
     if bool(mass) != bool(nodes):
         raise InputError(COMMAND, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
     model = of_matrices(file, str(mass), str(nodes), scale) if mass else of_mesh(file, material, scale)
     joint_nodes = nodes_of(model, fixed, "--fixed")
     interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
-    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes))
+    rail_nodes = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}
+    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes, rail_nodes))
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:

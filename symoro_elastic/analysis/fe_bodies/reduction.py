@@ -12,11 +12,12 @@ loads act on all their nodes alike, and their displacement and turn are the mean
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.fe_bodies.rails import FITTED, loads_along, rail_of
 from symoro_elastic.formats.modes_file import Interface, ModalBody
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
@@ -24,6 +25,8 @@ from symoro_elastic.foundation.packages import for_vibrations
 
 LOOSE = 1e-6
 """Force by a motion of the whole body, of the largest stiffness: a free model has rounding only."""
+ROUGH = "polynomials of degree 8 are {:.1%} off at its nodes: split it, or leave out local modes by keep"
+NO_NODES: Mapping[str, AnyArray] = {}
 SAME = 1e-9
 """Of the largest entry: how far a matrix may be from symmetric, and a mass from one that acts alike in x, y, z."""
 DEPENDENT = 1e-10
@@ -47,8 +50,16 @@ class FiniteElements:
     groups: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
-def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
+def modal_body(
+    model: FiniteElements,
+    fixed: AnyArray,
+    interfaces: Mapping[str, AnyArray],
+    count: int,
+    rails: Mapping[str, AnyArray] = NO_NODES,
+) -> ModalBody:
     """Return the body whose nodes `fixed` (indices) the joint fixes, with six modes an interface and `count` more.
+
+    A rail has the modes under loads that are distributed along it.
 
     Raises `InputError` for a model that is fixed already, or that moves without deflection where it is fixed.
     """
@@ -63,8 +74,9 @@ def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, 
         solve = linalg.splu(K).solve
     except RuntimeError:
         raise InputError(model.source, "--fixed", "the body moves without deflection: hold more of its nodes") from None
-    loads = np.hstack([_loads(model.x, nodes)[rows] for nodes in interfaces.values()] or [np.zeros((len(rows), 0))])
-    shapes = solve(loads)
+    loads = [_loads(model.x, nodes) for nodes in interfaces.values()]
+    loads += [loads_along(model.x, nodes, name, model.source) for name, nodes in rails.items()]
+    shapes = solve(np.hstack([*loads, np.zeros((3 * n, 0))])[rows])
     if count:
         inverse = linalg.LinearOperator(K.shape, matvec=solve)
         start = np.random.default_rng(0).normal(size=len(rows))
@@ -73,7 +85,11 @@ def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, 
     phi, stiffness = _modes(shapes, K, M)
     full = np.zeros((3 * n, phi.shape[1]))
     full[rows] = phi
-    return _body(model, full.T.reshape(-1, n, 3), stiffness, interfaces)
+    moved = full.T.reshape(-1, n, 3)
+    body = _body(model, moved, stiffness, interfaces)
+    fits = {name: rail_of(model.x, nodes, moved, stiffness, name, model.source) for name, nodes in rails.items()}
+    doubts = tuple(f"rail {name}: {ROUGH.format(error)}" for name, (_, error) in fits.items() if error > FITTED)
+    return replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
 
 
 def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray]) -> None:

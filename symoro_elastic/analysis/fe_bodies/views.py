@@ -18,7 +18,7 @@ declare(
     Field("mass", lambda x: x.body.rigid[0]),
     Field("center", lambda x: (x.body.rigid[1] / x.body.rigid[0]).tolist()),
     Field("frequencies", "body.frequencies", array=True),
-    Field("compliance", lambda x: {name: x.body.compliance(name).tolist() for name in x.body.interfaces}),
+    Field("compliance", lambda x: {name: x.body.compliance(name).tolist() for name in x.body.places}),
 )
 
 
@@ -31,9 +31,9 @@ def _(result: FlexibleModes) -> list[Part]:
     for k, frequency in enumerate(body.frequencies[:MOST_ROWS], start=1):
         table.add_row(str(k), f"{frequency:.6g}")
     yields = Table(("interface", "at, m", "x, y, z, um/N", "about x, y, z, urad/(N m)"), title="compliance, joint held")
-    for name, interface in body.interfaces.items():
+    for name, interface in body.places.items():
         along = MICRO * np.diag(body.compliance(name))
         at, first, last = (", ".join(f"{x:.4g}" for x in part) for part in (interface.point, along[:3], along[3:]))
         yields.add_row(name, at, first, last)
     more = [f"{body.count - MOST_ROWS} more modes: --json lists all"] if body.count > MOST_ROWS else []
-    return [result.headline, f"centre of mass at {center} m from the joint", table, *more, yields]
+    return [result.headline, f"centre of mass at {center} m from the joint", table, *more, yields, *body.doubts]

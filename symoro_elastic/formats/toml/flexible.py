@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,14 @@ from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
 from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
-from symoro_elastic.formats.toml.flexible_bodies import bodies_of_files, body_of_file, rows_of_body, written_bodies
-from symoro_elastic.formats.toml.modal_rows import CARRIAGE, Rows, body_of_beam, rows_along, rows_of_beam
+from symoro_elastic.formats.toml.flexible_bodies import (
+    along_rail,
+    bodies_of_files,
+    body_of_file,
+    rows_of_body,
+    written_bodies,
+)
+from symoro_elastic.formats.toml.modal_rows import CARRIAGE, Guideway, Rows, along_beam, body_of_beam, rows_of_beam
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -24,6 +30,7 @@ from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
+from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
@@ -42,10 +49,31 @@ OF_CELL = ("stiffness", "damping", "neutral")
 """Keys of a spring with an entry for each direction."""
 NOT_ON_CELL = ("motors", "friction", "drives", "limits")
 """Tables without a meaning for six variables at once."""
-MOST_ALONG = 4
-"""Modes of a beam that carries a slide: formulas of more are too long to be read."""
+MOST_ALONG = 16
+"""Modes of a body that carries a slide: each has a polynomial in six rows of it."""
 NEAR = 1e-6
 """Part of a beam's length within which a point is at its end, or on its axis."""
+
+
+class Slide(NamedTuple):
+    """A row that slides along `on`, from a distance `start` from its beginning where its variable is zero; m."""
+
+    name: str
+    on: str
+    start: Formula
+    length: float
+
+    def doubts(self, limits: Limits, values: Mapping[str, float]) -> list[str]:
+        """A sentence where limits let it leave the body, whose polynomials end there."""
+        here = f"{self.name} slides along {self.on}, which is {self.length:g} m long"
+        position = limits.of(self.name).position
+        if position is None:
+            return [f"{here}: give its position in [limits], deflections beyond are wrong"]
+        start = self.start.value(values)
+        low, high = start + position.low, start + position.high
+        is_within = -NEAR * self.length <= low and high <= (1 + NEAR) * self.length
+        beyond = f"[limits] let it be at {low:g} to {high:g} m, where its deflections are wrong"
+        return [] if is_within else [f"{here}: {beyond}"]
 
 
 @dataclass(frozen=True)
@@ -59,6 +87,7 @@ class Part:
     rows: tuple[Entries, ...]
     sections: Mapping[str, Mapping[str, Entries]] = field(default_factory=dict)
     carrier: str = ""
+    slide: Slide | None = None
 
     @property
     def end(self) -> str:
@@ -95,10 +124,10 @@ def _rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
 
 def with_rows_of_parts(
     top: Table, beams: Iterable[Beam], values: Mapping[str, float]
-) -> tuple[Table, tuple[FlexibleBody, ...], list[str]]:
+) -> tuple[Table, tuple[FlexibleBody, ...], list[str], list[Slide]]:
     """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
 
-    With it come the bodies that bend by modes, and remarks. Raises `InputError`.
+    With it come the bodies that bend by modes, remarks, and slides along them. Raises `InputError`.
     """
     bodies = bodies_of_files(top)
     by_row = {beam.name: _rows_of_beam(beam, values) for beam in beams}
@@ -114,17 +143,20 @@ def with_rows_of_parts(
     remarks = [f"beam {beam.name}: {doubt}" for beam in beams for doubt in beam.doubts]
     remarks += [f"flexible {name}: {doubt}" for name, body in bodies.items() for doubt in body.doubts]
     if not by_row and not any(_is_cell(row) or "along" in row.entries for row in top.tables("joints")):
-        return top, tuple(flexible), remarks
+        return top, tuple(flexible), remarks, []
     by_name = {beam.name: beam for beam in beams}
+    ways = {name: along_beam(beam, values) for name, beam in by_name.items() if beam.modes}
+    ways |= {f"{name}_{key}": along_rail(name, key, body) for name, body in bodies.items() for key in body.rails}
     parts = [
-        _with_rows(_part(top, row, by_name, values), by_row.get(name), name in bodies)
+        _with_rows(_part(top, row, by_name, ways), by_row.get(name), name in bodies)
         for row in _rows_of_file(top)
         for name in (row.text("name"),)
     ]
     ends = {part.name: part.end for part in parts}
     frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
     new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
-    return replace(top, entries={**top.entries, **new}), tuple(flexible), remarks
+    slides = [part.slide for part in parts if part.slide]
+    return replace(top, entries={**top.entries, **new}), tuple(flexible), remarks, slides
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
@@ -140,7 +172,7 @@ def _with_rows(part: Part, below: Rows | None, carries: bool) -> Part:
     rows, sections = below
     names = part.sections.keys() | sections.keys()
     merged = {name: {**part.sections.get(name, {}), **sections.get(name, {})} for name in names}
-    return Part(part.name, (*part.rows, *rows), merged, part.end if carries else "")
+    return replace(part, rows=(*part.rows, *rows), sections=merged, carrier=part.end if carries else "")
 
 
 def _rows_of_file(top: Table) -> list[Table]:
@@ -158,34 +190,41 @@ def _is_cell(row: Table) -> bool:
     return row.entries.get("sigma") == SIX
 
 
-def _part(top: Table, row: Table, beams: Mapping[str, Beam], values: Mapping[str, float]) -> Part:
+def _part(top: Table, row: Table, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> Part:
     if "along" in row.entries:
-        return _slide(top, row, beams, values)
+        return _slide(top, row, beams, ways)
     return _cell(top, row) if _is_cell(row) else Part(row.text("name"), (row.entries,))
 
 
-def _slide(top: Table, row: Table, beams: Mapping[str, Beam], values: Mapping[str, float]) -> Part:
-    """A prismatic row that slides along a beam by modes, whose body follows its deflection and slope there."""
+def _slide(top: Table, row: Table, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> Part:
+    """A prismatic row that slides along a beam by modes or a rail, its body following deflection and slope there."""
     name, on = row.text("name"), row.text("along")
-    if on not in beams or not beams[on].modes:
-        what = f"{quote(on)} is no beam by modes{did_you_mean(on, [x.name for x in beams.values() if x.modes])}"
-        raise row.fail("along", f"{what}: write modes = 3 in its entry of [{HEADING}]")
+    _refuse_way(row, on, beams, ways)
     if row.entries.get("sigma") != 1 or row.entries.get("kind") not in (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE):
-        raise row.fail("sigma", "a row along a beam slides by its own variable: write sigma = 1, and kind motor")
-    if beams[on].stiffening or beams[on].modes > MOST_ALONG:
-        what = "stiffening" if beams[on].stiffening else f"more than {MOST_ALONG} modes"
-        raise row.fail("along", f"{quote(on)} has {what}, which is not offered with a slide along it: leave it out")
+        raise row.fail("sigma", "a row along a body slides by its own variable: write sigma = 1, and kind motor")
     for key in (*GEOMETRY, "axis", "antecedent"):
         if key in row.entries:
-            raise row.fail(key, f"follows from the beam {on}: leave it out; from is the distance from its root")
+            raise row.fail(key, f"follows from {on}: leave it out; from is the distance from its beginning")
     variable = row.text("variable", name)
     start = replace(row, units="m").formula("from")
     place = variable if start.is_zero else f"{start} + {variable}"
     own = {key: row.entries[key] for key in ("kind", "sigma")} | {"variable": variable}
-    rows = rows_along(beams[on], values, name, own, place)
+    rows = ways[on].rows(name, own, place)
     body = top.table("bodies").entries.get(name)
     moved = {"bodies": {name: {}, name + CARRIAGE: body}} if isinstance(body, dict) else {}
-    return Part(name, tuple(rows), moved)
+    return Part(name, tuple(rows), moved, slide=Slide(name, on, start, ways[on].length))
+
+
+def _refuse_way(row: Table, on: str, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> None:
+    """Raise `InputError` for what no row slides along."""
+    if on not in ways:
+        what = f"{quote(on)} is no beam by modes and no rail of a body{did_you_mean(on, ways)}"
+        raise row.fail("along", f"{what}: write modes = 3 in its entry of [{HEADING}], or BODY_RAIL")
+    is_stiffened = on in beams and beams[on].stiffening
+    if is_stiffened or len(ways[on].labels) > MOST_ALONG:
+        what = "stiffening, which is not offered with a slide along it: leave it out"
+        many = f"{len(ways[on].labels)} modes, more than {MOST_ALONG}: leave out those above a frequency by keep"
+        raise row.fail("along", f"{quote(on)} has {what if is_stiffened else many}")
 
 
 def _rows(parts: Iterable[Part]) -> list[Entries]:

@@ -12,7 +12,7 @@ import numpy as np
 from symoro_elastic.formats.modes_file import ModalBody, load
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type
-from symoro_elastic.formats.toml.modal_rows import ROOT, Follower, ModalRows, Rows
+from symoro_elastic.formats.toml.modal_rows import MOVES, ROOT, Follower, Guideway, ModalRows, Rows
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.flexible import FlexibleBody
@@ -117,6 +117,14 @@ def rows_of_body(name: str, body: ModalBody) -> Rows:
     return ModalRows(
         name, labels(name, body), sigmas, body.stiffness.tolist(), body.damping.tolist(), body.rigid, followers
     ).rows({})
+
+
+def along_rail(name: str, key: str, body: ModalBody) -> Guideway:
+    """The rail of a body by modes."""
+    rail = body.rails[key]
+    turned = {"shift": rail.shift @ rail.axes, "turn": rail.turn @ rail.axes}
+    moves = {(what, k): turned[what][:, :, k].T.tolist() for what, k in MOVES}
+    return Guideway(name + ROOT, labels(name, body), moves, rail.length, rail.point, rail.axes, np.eye(3))
 
 
 def labels(name: str, body: ModalBody) -> list[str]:

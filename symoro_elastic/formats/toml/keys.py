@@ -198,12 +198,16 @@ IN = Key(
 )
 BY_AXIS = (AXIS, AT, IN)
 ALONG = Key(
-    *("along", keys.NAMED, "beam by modes along which a prismatic row slides, in place of where the row is"),
+    *("along", keys.NAMED, "beam by modes, or rail BODY_RAIL of a body by modes, along which a prismatic row slides"),
     '"rail"',
     otherwise="the row is where its cells say",
 )
 FROM = Key(
-    *("from", keys.FORMULA, "distance of a row that slides along a beam from its root, where its variable is zero"),
+    *(
+        "from",
+        keys.FORMULA,
+        "distance of a row that slides along a body from the root or the first end, where its variable is zero",
+    ),
     '"0.2 m"',
     otherwise="0",
     unit="m",

@@ -24,6 +24,10 @@ CARRIAGE = "_body"
 """End of the name of the row that has the body of a slide along a beam."""
 TO_AXIS = (np.eye(3)[:, [1, 2, 0]], np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.eye(3))
 """Frames with z along x, y, z."""
+MOVES = (("shift", 0), ("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0))
+"""Moves of what slides along a body, in their order."""
+LONGEST = 900
+"""Characters of a formula of the place; cells hold 1000."""
 UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -119,28 +123,56 @@ def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
     return rows.rows(displacement(root, np.eye(3)))
 
 
-def rows_along(beam: Beam, values: Mapping[str, float], name: str, own: Entries, place: str) -> list[Entries]:
-    """The rows of a slide along a beam by modes: its own, coupled rows of deflection and slope there, and a frame.
+@dataclass(frozen=True, eq=False)
+class Guideway:
+    """A straight line on a body by modes that guides a slide: the root row of the body, and names of its modes.
 
-    `place` is the formula of its distance from the root, `own` are the other cells of its row.
+    `moves` are the polynomials of each mode, by powers of the distance in m, for "shift" and "turn" along the axes of
+    the line, x along it: columns of `axes` (3, 3) in the frame of the root. It begins at `point` and is `length` long;
+    what slides has at rest the axes `frame`.
     """
-    modal, axes = _of_beam(beam, values), TO_AXIS[0]
-    labels = _labels(beam, modal)
-    rows = [{"name": name, "antecedent": beam.name + ROOT, **own, **displacement(np.eye(3), axes, ""), "r": place}]
-    for what, axis in (("shift", 0), ("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0)):
-        terms = [
-            f"{label}*({_at_place(polynomial, place)})"
-            for label, mode in zip(labels, modal.modes, strict=True)
-            if (polynomial := _motion(mode, what, axis, modal.length))
-        ]
-        if terms:
-            sigma = int(what == "shift")
-            cells = displacement(axes, TO_AXIS[axis])
-            selected = SELECTED[sigma]
-            cells[selected] = " + ".join([*terms, *([cells[selected]] if selected in cells else [])])
-            rows.append({"name": f"{name}_{what}_{'xyz'[axis]}", "kind": "coupled", "sigma": sigma, **cells})
-            axes = TO_AXIS[axis]
-    return [*rows, {"name": name + CARRIAGE, "kind": "fixed", **displacement(axes, own_axes(beam))}]
+
+    root: str
+    labels: Sequence[str]
+    moves: Mapping[tuple[str, int], Sequence[Sequence[float]]]
+    length: float
+    point: Array
+    axes: Array
+    frame: Array
+
+    def rows(self, name: str, own: Entries, place: str) -> list[Entries]:
+        """The rows of a slide: its own, coupled rows of deflection and slope at its place, and a frame.
+
+        `place` is the formula of its distance from the beginning, `own` are the other cells of its row.
+        """
+        axes, first = np.eye(3), {"antecedent": self.root}
+        rows = []
+        for axis in np.flatnonzero(self.point).tolist():
+            cells = {**displacement(axes, TO_AXIS[axis]), "r": repr(float(self.point[axis]))}
+            rows.append({"name": f"{name}_at_{'xyz'[axis]}", **first, "kind": "fixed", **cells})
+            axes, first = TO_AXIS[axis], {}
+        rows.append({"name": name, **first, **own, **displacement(axes, self.axes @ TO_AXIS[0]), "r": place})
+        axes = self.axes @ TO_AXIS[0]
+        for (what, axis), polynomials in self.moves.items():
+            pairs = zip(self.labels, polynomials, strict=True)
+            terms = [f"{label}*({_at_place(x, place)})" for label, x in pairs if any(x)]
+            for k, formula in enumerate(_sums(terms), start=1):
+                sigma, turned = int(what == "shift"), self.axes @ TO_AXIS[axis]
+                cells = displacement(axes, turned)
+                selected = SELECTED[sigma]
+                cells[selected] = " + ".join([formula, *([cells[selected]] if selected in cells else [])])
+                label = f"{name}_{what}_{'xyz'[axis]}{k if k > 1 else ''}"
+                rows.append({"name": label, "kind": "coupled", "sigma": sigma, **cells})
+                axes = turned
+        return [*rows, {"name": name + CARRIAGE, "kind": "fixed", **displacement(axes, self.frame)}]
+
+
+def along_beam(beam: Beam, values: Mapping[str, float]) -> Guideway:
+    """The axis of a beam by modes."""
+    modal = _of_beam(beam, values)
+    moves = {(what, k): [_motion(mode, what, k, modal.length) for mode in modal.modes] for what, k in MOVES}
+    root = beam.name + ROOT
+    return Guideway(root, _labels(beam, modal), moves, modal.length, np.zeros(3), np.eye(3), own_axes(beam))
 
 
 def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
@@ -154,10 +186,22 @@ def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
     return [float(direction[axis] * c / length**k) for k, c in enumerate(shape.coef)]
 
 
+def _sums(terms: Iterable[str]) -> list[str]:
+    """Sums of terms, as many as formulas of a cell may hold: rows about or along one axis add up."""
+    sums: list[str] = []
+    for term in terms:
+        if sums and len(sums[-1]) + len(term) < LONGEST:
+            sums[-1] += f" + {term}"
+        else:
+            sums.append(term)
+    return sums
+
+
 def _at_place(coefficients: Sequence[float], place: str) -> str:
     """A polynomial at a place, after Horner."""
-    text = repr(coefficients[-1])
-    for c in reversed(coefficients[:-1]):
+    *others, last = np.trim_zeros(coefficients, "b")
+    text = repr(last)
+    for c in reversed(others):
         text = f"({place})*({text})" if c == 0.0 else f"{c!r} + ({place})*({text})"
     return text
 

@@ -81,7 +81,7 @@ def _machine_of(top: Table) -> DescribedMachine:
     parameters = tuple(Parameter(name, *keys.PARAMETER.read(listed, name)) for name in listed.entries)
     values = known_values(parameters)
     beams = beams_of(top, values)
-    top, flexible, remarks = with_rows_of_parts(top, beams, values)
+    top, flexible, remarks, slides = with_rows_of_parts(top, beams, values)
     joints, frames = _joints_and_frames(top, {parameter.name for parameter in parameters})
     floating = _floating(top.table("base"))
     extras = keys.EXTRAS.read(top)
@@ -110,6 +110,8 @@ def _machine_of(top: Table) -> DescribedMachine:
     )
     refuse_inside(machine, beams, values)
     machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
+    doubts = [doubt for slide in slides for doubt in slide.doubts(machine.limits, values)]
+    machine = replace(machine, origin=replace(machine.origin, remarks=(*machine.origin.remarks, *doubts)))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
 
