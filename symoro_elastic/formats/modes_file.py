@@ -3,7 +3,8 @@
 With Psi = [1, x, y, z, phi_1x, phi_1y, phi_1z, phi_2x ...] over the mass, in the frame of the joint at which the modes
 vanish, `G` = int Psi^T Psi holds mass, moments and all integrals of linear modes. `K` is their stiffness, `D` their
 damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. An interface NAME has the point
-`NAME_r`, and displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there. `about` is a text.
+`NAME_r`, displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there, and with foreshortening
+`NAME_s` (m, m, 3): it moves by s_kl e_k e_l/2 in addition. `about` is a text.
 """
 
 from __future__ import annotations
@@ -30,15 +31,20 @@ LOST = 0.1
 """Of a compliance: what is worth a remark where modes are left out."""
 OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
 ENDS = ("_r", "_phi", "_psi")
+SHORTER = "_s"
 
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes."""
+    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes.
+
+    `shorter` (m, m, 3) is its foreshortening.
+    """
 
     point: Array
     shift: Array
     turn: Array
+    shorter: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,11 +105,23 @@ class ModalBody:
         """The body with some of its modes, a mask (m,); doubts say which compliances of interfaces lose much."""
         at = np.flatnonzero(chosen)
         rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
-        interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
-        Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
+
+        def pairs(x: Array | None) -> Array | None:
+            return None if x is None else x[np.ix_(at, at)]
+
+        interfaces = {
+            key: Interface(x.point, x.shift[at], x.turn[at], pairs(x.shorter)) for key, x in self.interfaces.items()
+        }
+        Ct1, T1s = pairs(self.Ct1), pairs(self.T1s)
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
         smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
         return replace(smaller, doubts=tuple(x for name in self.interfaces for x in self._lost(smaller, name)))
+
+    @property
+    def without_foreshortening(self) -> ModalBody:
+        """The body whose stiffness depends on no load."""
+        interfaces = {name: replace(x, shorter=None) for name, x in self.interfaces.items()}
+        return replace(self, Ct1=None, T1s=None, interfaces=interfaces)
 
     def _lost(self, smaller: ModalBody, name: str) -> Iterator[str]:
         """A sentence on the directions of an interface in which modes that are left out yield."""
@@ -123,6 +141,7 @@ def save(body: ModalBody, file: str | Path) -> None:
     for name, interface in body.interfaces.items():
         parts = (interface.point, interface.shift.T, interface.turn.T)
         arrays |= {name + end: x for end, x in zip(ENDS, parts, strict=True)}
+        arrays |= {} if interface.shorter is None else {name + SHORTER: interface.shorter}
     stream = io.BytesIO()
     np.savez_compressed(stream, **arrays)
     write_file(stream.getvalue(), file)
@@ -175,7 +194,8 @@ def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, I
     for name, (point, phi, psi) in parts.items():
         if point is None or phi is None or psi is None:
             raise InputError(source, name, f"an interface has {', '.join(name + end for end in ENDS)}")
-    return {name: Interface(point, phi.T, psi.T) for name, (point, phi, psi) in parts.items()}
+    shorter = {name: _of_shape(arrays, name + SHORTER, (m, m, 3), source) for name in names}
+    return {name: Interface(point, phi.T, psi.T, shorter[name]) for name, (point, phi, psi) in parts.items()}
 
 
 def _of_shape(arrays: Mapping[str, Array], key: str, shape: Sequence[int], source: str) -> Any:

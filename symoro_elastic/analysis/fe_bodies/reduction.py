@@ -7,12 +7,19 @@ compliance is exact) and the lowest modes with free interfaces are the basis V; 
 
 modes are orthogonal in mass and stiffness. A unit of a mode is its largest displacement, 1 m. Interfaces are averaged:
 loads act on all their nodes alike, and their displacement and turn are the means of least squares (RBE3).
+
+Stresses s under inertial forces, of accelerations of the joint's frame that are constant or linear in the place, and
+under unit forces on the interfaces have the geometric stiffness
+
+    Kg_kl = int s_ab phi_k,a . phi_l,b,
+
+which enters as foreshortening: Ct1_kl and T1s_kl of accelerations, -Kg_kl of a force, the displacement along it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +42,8 @@ class FiniteElements:
     """A free solid: nodes x (n, 3), m; stiffness (3 n, 3 n), N/m, and scalar mass (n, n), kg, sparse matrices.
 
     Rows 3 k, 3 k + 1, 3 k + 2 belong to node k. `numbers` (n,) are those of the file, `groups` sets of nodes (indices)
-    by name. `source` names the file in messages, `about` says where the model comes from.
+    by name. `source` names the file in messages, `about` says where the model comes from. `geometric` returns the
+    geometric stiffness (n, n), N/m, which acts on x, y and z alike, of the stresses under displacements (3 n,), m.
     """
 
     x: Array
@@ -45,6 +53,7 @@ class FiniteElements:
     source: str
     about: str
     groups: Mapping[str, AnyArray] = field(default_factory=dict)
+    geometric: Callable[[Array], Any] | None = None
 
 
 def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
@@ -54,26 +63,65 @@ def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, 
     """
     refuse_wrong(model, fixed, interfaces)
     linalg, sparse = for_vibrations("scipy.sparse.linalg"), for_vibrations("scipy.sparse")
-    n = len(model.x)
-    free = np.setdiff1d(np.arange(n), fixed)
-    rows = (3 * free[:, None] + np.arange(3)).ravel()
-    K = sparse.csc_matrix(model.K)[rows][:, rows]
-    M = sparse.kron(sparse.csc_matrix(model.m)[free][:, free], np.eye(3)).tocsc()
+    moves = _free_displacements(model, fixed)
+    full_M = sparse.kron(model.m, np.eye(3)).tocsr()
+    K, M = ((moves.T @ matrix @ moves).tocsc() for matrix in (model.K, full_M))
     try:
-        solve = linalg.splu(K).solve
+        inverse = linalg.splu(K).solve
     except RuntimeError:
         raise InputError(model.source, "--fixed", "the body moves without deflection: hold more of its nodes") from None
-    loads = np.hstack([_loads(model.x, nodes)[rows] for nodes in interfaces.values()] or [np.zeros((len(rows), 0))])
-    shapes = solve(loads)
+    loads = np.hstack([_loads(model.x, nodes) for nodes in interfaces.values()] or [np.zeros((3 * len(model.x), 0))])
+    shapes = moves @ inverse(moves.T @ loads)
+    forces = shapes.reshape(len(shapes), -1, 6)[:, :, :3]
     if count:
-        inverse = linalg.LinearOperator(K.shape, matvec=solve)
-        start = np.random.default_rng(0).normal(size=len(rows))
-        _, modes = linalg.eigsh(K, min(count, len(rows) - 1), M, sigma=0.0, OPinv=inverse, v0=start)
-        shapes = np.hstack([shapes, modes])
-    phi, stiffness = _modes(shapes, K, M)
-    full = np.zeros((3 * n, phi.shape[1]))
-    full[rows] = phi
-    return _body(model, full.T.reshape(-1, n, 3), stiffness, interfaces)
+        operator = linalg.LinearOperator(K.shape, matvec=inverse)
+        start = np.random.default_rng(0).normal(size=K.shape[0])
+        _, modes = linalg.eigsh(K, min(count, K.shape[0] - 1), M, sigma=0.0, OPinv=operator, v0=start)
+        shapes = np.hstack([shapes, moves @ modes])
+    columns, stiffness = _modes(shapes, model.K, full_M)
+    phi = columns.T.reshape(-1, len(model.x), 3)
+    body = _body(model, phi, stiffness, interfaces)
+    if model.geometric is None:
+        return body
+    accelerations = moves @ inverse(moves.T @ _inertial_forces(model))
+    return _with_foreshortening(body, model.geometric, phi, accelerations, forces)
+
+
+def _free_displacements(model: FiniteElements, fixed: AnyArray) -> Any:
+    """Displacements (3 n, ...) that the joint leaves, a sparse matrix."""
+    free = np.setdiff1d(np.arange(len(model.x)), fixed)
+    return for_vibrations("scipy.sparse").identity(3 * len(model.x), format="csc")[:, _rows(free)]
+
+
+def _rows(nodes: AnyArray) -> AnyArray:
+    """Rows x, y, z of nodes."""
+    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())
+
+
+def _inertial_forces(model: FiniteElements) -> Array:
+    """Forces (3 n, 12) of accelerations along x, y, z (i) that are 1 and proportional to x, y, z (j), i before j."""
+    fields = -(model.m @ np.hstack([np.ones((len(model.x), 1)), model.x]))
+    return np.asarray(np.einsum("nj,ic->ncij", fields, np.eye(3)).reshape(3 * len(model.x), 12))
+
+
+def _with_foreshortening(
+    body: ModalBody, geometric: Callable[[Array], Any], phi: Array, accelerations: Array, forces: Array
+) -> ModalBody:
+    """The body with foreshortening, by displacements under accelerations (3 n, 12) and forces (3 n, interfaces, 3)."""
+
+    def of_modes(displacements: Array) -> Array:
+        """Kg (m, m, ...) under displacements (3 n, ...), without rounding of the solutions."""
+        matrices = map(geometric, displacements.T)
+        Kg = np.stack([sum(x @ (matrix @ x.T) for x in phi.transpose(2, 0, 1)) for matrix in matrices], axis=2)
+        Kg = (Kg + Kg.swapaxes(0, 1)) / 2
+        return np.where(np.abs(Kg) > SAME * np.abs(Kg).max(), Kg, 0.0)
+
+    Kg = of_modes(accelerations).reshape(body.count, body.count, 3, 4)
+    interfaces = {
+        name: replace(interface, shorter=-of_modes(forces[:, k]))
+        for k, (name, interface) in enumerate(body.interfaces.items())
+    }
+    return replace(body, Ct1=Kg[:, :, :, 0], T1s=Kg[:, :, :, 1:].swapaxes(2, 3), interfaces=interfaces)
 
 
 def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray]) -> None:

@@ -83,12 +83,21 @@ def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
     E, nu, density = material_of(material)
     scalar = skfem.Basis(mesh, element)
     vector = skfem.Basis(mesh, skfem.ElementVector(element))
-    lame = import_optional("skfem.models.elasticity", "a body from a mesh", "fe")
-    K = lame.linear_elasticity(*lame.lame_parameters(E, nu)).assemble(vector)
+    elasticity = import_optional("skfem.models.elasticity", "a body from a mesh", "fe")
+    lame = elasticity.lame_parameters(E, nu)
+    K = elasticity.linear_elasticity(*lame).assemble(vector)
     m = density * import_optional("skfem.models.poisson", "a body from a mesh", "fe").mass.assemble(scalar)
     groups = {name: scalar.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
     numbers = np.arange(1, scalar.N + 1)
-    return FiniteElements(scalar.doflocs.T, K, m, numbers, file, f"{Path(file).name}, {material}", groups)
+    stress = elasticity.linear_stress(*lame)
+
+    def geometric(displacements: Array) -> Any:
+        form = skfem.BilinearForm(lambda u, v, w: np.einsum("ab...,a...,b...", w.stress, u.grad, v.grad))
+        gradient = vector.interpolate(displacements).grad
+        return form.assemble(scalar, stress=stress((gradient + gradient.swapaxes(0, 1)) / 2))
+
+    about = f"{Path(file).name}, {material}"
+    return FiniteElements(scalar.doflocs.T, K, m, numbers, file, about, groups, geometric)
 
 
 def _mesh(skfem: Any, file: str) -> Any:
