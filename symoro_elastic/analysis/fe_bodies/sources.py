@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
+from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
@@ -81,23 +82,12 @@ def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
     mesh = _mesh(skfem, file).scaled(scale)
     element = skfem.ElementTetP2() if "Tet" in type(mesh).__name__ else skfem.ElementHex2()
     E, nu, density = material_of(material)
-    scalar = skfem.Basis(mesh, element)
-    vector = skfem.Basis(mesh, skfem.ElementVector(element))
-    elasticity = import_optional("skfem.models.elasticity", "a body from a mesh", "fe")
-    lame = elasticity.lame_parameters(E, nu)
-    K = elasticity.linear_elasticity(*lame).assemble(vector)
-    m = density * import_optional("skfem.models.poisson", "a body from a mesh", "fe").mass.assemble(scalar)
-    groups = {name: scalar.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
-    numbers = np.arange(1, scalar.N + 1)
-    stress = elasticity.linear_stress(*lame)
-
-    def geometric(displacements: Array) -> Any:
-        form = skfem.BilinearForm(lambda u, v, w: np.einsum("ab...,a...,b...", w.stress, u.grad, v.grad))
-        gradient = vector.interpolate(displacements).grad
-        return form.assemble(scalar, stress=stress((gradient + gradient.swapaxes(0, 1)) / 2))
-
+    basis = skfem.Basis(mesh, element, intorder=ORDER)
+    solid = SolidElements.of(basis, (E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))))
+    groups = {name: basis.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
     about = f"{Path(file).name}, {material}"
-    return FiniteElements(scalar.doflocs.T, K, m, numbers, file, about, groups, geometric)
+    numbers, matrices = np.arange(1, basis.N + 1), (solid.stiffness(), solid.mass(density))
+    return FiniteElements(basis.doflocs.T, *matrices, numbers, file, about, groups, solid.geometric)
 
 
 def _mesh(skfem: Any, file: str) -> Any:
