@@ -133,7 +133,7 @@ def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str
     size = np.abs(center).max()
     motions = np.vstack([np.tile(np.eye(3), len(center)), _rotations(center / size)])
     if np.abs(model.K @ motions.T).max() > LOOSE * abs(model.K).max():
-        what = "a motion of the whole body meets forces: export the free model, --fixed holds it"
+        what = "a motion of the whole body meets forces: export the free model with all digits, --fixed holds it"
         raise InputError(model.source, "K", what)
     for name, nodes in {"--fixed": fixed, **{f"--interface {key}": x for key, x in interfaces.items()}}.items():
         if np.linalg.matrix_rank(model.x[nodes] - model.x[nodes].mean(axis=0), tol=SAME * size) < 2:

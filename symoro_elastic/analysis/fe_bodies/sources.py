@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
 from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
 from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
 from symoro_elastic.foundation.array_types import AnyArray, Array
@@ -32,25 +32,31 @@ NEAR = 1e-6
 """Of the largest size: how far a node may be from a plane."""
 
 
-def of_matrices(stiffness: str, mass: str, nodes: str, scale: float) -> FiniteElements:
-    """Return the model of matrices in Matrix Market files and nodes in a table "number, x, y, z"; raises `InputError`.
+def of_matrices(stiffness: str, mass: str, nodes: str, scale: float, unit: float) -> FiniteElements:
+    """Return the model of matrices in files and of nodes in a table "number, x, y, z"; raises `InputError`.
 
-    Rows of the matrices are x, y, z of each node, in the order of the table. Coordinates times `scale` are metres.
+    Coordinates times `scale` are metres, entries of the mass matrix times `unit` are kg, and those of the stiffness
+    matrix times `unit` are N/m, since their unit is that of mass by s2.
     """
     numbers, x = _nodes(nodes)
-    K, M = _matrix(stiffness, len(x)), _matrix(mass, len(x))
+    K, M = (matrix_of_nodes(file, numbers, letter) for file, letter in ((stiffness, "K"), (mass, "M")))
+    used = K.diagonal().reshape(-1, 3).any(axis=1)
+    rows = np.repeat(used, 3)
+    K, M = K[rows][:, rows], M[rows][:, rows]
     m = M[0::3, 0::3]
     if abs(M - for_vibrations("scipy.sparse").kron(m, np.eye(3))).max() > SAME * abs(M).max():
         what = "is not the same in x, y, z and zero between them: export solid elements, not beams or shells"
         raise InputError(mass, "M", what)
-    about = ", ".join(Path(file).name for file in (stiffness, mass, nodes))
-    return FiniteElements(scale * x, K, m, numbers, stiffness, about)
+    if not m.sum() > 0:
+        raise InputError(mass, "M", "adds up to no mass: give the material a density")
+    about = ", ".join(Path(file).name for file in dict.fromkeys((stiffness, mass, nodes)))
+    return FiniteElements(scale * x[used], unit * K, unit * m, numbers[used], stiffness, about)
 
 
 def _nodes(file: str) -> tuple[AnyArray, Array]:
-    """Numbers and coordinates of nodes; a first line without numbers is a heading."""
-    lines = read_file(file).decode("utf-8-sig", "replace").splitlines()
-    rows = [re.split(r"[,;\s]+", line.strip()) for line in lines if line.strip()]
+    """Numbers and coordinates of nodes; a first line without numbers is a heading, lines with * are comments."""
+    lines = map(str.strip, read_file(file).decode("utf-8-sig", "replace").splitlines())
+    rows = [re.split(r"[,;\s]+", line) for line in lines if line and not line.startswith("*")]
     if rows and not re.fullmatch(r"[-+.\deE]+", rows[0][0]):
         rows = rows[1:]
     try:
@@ -59,18 +65,10 @@ def _nodes(file: str) -> tuple[AnyArray, Array]:
             raise ValueError
     except ValueError:
         raise InputError(file, "file", "must have lines of a node's number, x, y, z") from None
+    numbers, counts = np.unique(table[:, 0].astype(np.int64), return_counts=True)
+    if counts.max() > 1:
+        raise InputError(file, "file", f"has node {numbers[counts.argmax()]} {counts.max()} times")
     return table[:, 0].astype(np.int64), table[:, 1:]
-
-
-def _matrix(file: str, count: int) -> Any:
-    """A sparse matrix (3 count, 3 count) in a Matrix Market file."""
-    try:
-        matrix = for_vibrations("scipy.io").mmread(io.BytesIO(read_file(file)))
-    except (ValueError, TypeError) as error:
-        raise InputError(file, "file", f"not a Matrix Market file: {str(error)[:120]}") from None
-    if matrix.shape != (3 * count, 3 * count):
-        raise InputError(file, "file", f"has {matrix.shape[0]} rows: x, y, z of {count} nodes are {3 * count}")
-    return for_vibrations("scipy.sparse").csc_matrix(matrix)
 
 
 def of_mesh(file: str, material: str, scale: float) -> FiniteElements:

@@ -94,7 +94,7 @@ def test_matrices_give_the_body_of_the_mesh(model: FiniteElements, bar: str, tmp
         (tmp_path / name).write_bytes(stream.getvalue())
     lines = [f"{k},{','.join(map(repr, (1e3 * x).tolist()))}" for k, x in enumerate(model.x, start=1)]
     (tmp_path / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]))
-    where = {"mass": tmp_path / "M.mtx", "nodes": tmp_path / "nodes.csv", "scale": 1e-3}
+    where = {"mass": tmp_path / "M.mtx", "nodes": tmp_path / "nodes.csv", "scale": 1e-3, "mass_unit": "kg"}
     body = se.flexible(tmp_path / "K.mtx", "x=0", {"tip": "x=0.5"}, **where).body
     of_mesh_ = se.flexible(bar, "root", {"tip": "tip"}, material=SLENDER).body
     assert body.frequencies == pytest.approx(of_mesh_.frequencies, rel=1e-6)
