@@ -4,7 +4,8 @@ With Psi = [1, x, y, z, phi_1x, phi_1y, phi_1z, phi_2x ...] over the mass, in th
 vanish, `G` = int Psi^T Psi holds mass, moments and all integrals of linear modes. `K` is their stiffness, `D` their
 damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. An interface NAME has the point
 `NAME_r`, displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there, and with foreshortening
-`NAME_s` (m, m, 3): it moves by s_kl e_k e_l/2 in addition. `about` is a text.
+`NAME_s` (m, m, 3): it moves by s_kl e_k e_l/2 in addition. `surface` (N, 3), `triangles` (M, 3) and `surface_modes`
+(m, N, 3) are what drawings show. `about` is a text.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.output_files import write_file
+from symoro_elastic.machine.flexible import Surface
 
 SAME = 1e-9
 """Of the largest entry: how far matrices may be from symmetric, and eigenvalues below zero."""
@@ -32,6 +34,7 @@ LOST = 0.1
 OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
 ENDS = ("_r", "_phi", "_psi")
 SHORTER = "_s"
+SURFACE = ("surface", "triangles", "surface_modes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +62,7 @@ class ModalBody:
     T1s: Array | None = None
     about: str = ""
     doubts: tuple[str, ...] = ()
+    surface: Surface | None = None
 
     @property
     def count(self) -> int:
@@ -114,7 +118,8 @@ class ModalBody:
         }
         Ct1, T1s = pairs(self.Ct1), pairs(self.T1s)
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
-        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers)
+        surface = self.surface and replace(self.surface, modes=self.surface.modes[at])
+        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers, surface=surface)
         return replace(smaller, doubts=tuple(x for name in self.interfaces for x in self._lost(smaller, name)))
 
     @property
@@ -142,6 +147,9 @@ def save(body: ModalBody, file: str | Path) -> None:
         parts = (interface.point, interface.shift.T, interface.turn.T)
         arrays |= {name + end: x for end, x in zip(ENDS, parts, strict=True)}
         arrays |= {} if interface.shorter is None else {name + SHORTER: interface.shorter}
+    if body.surface is not None:
+        parts = (body.surface.points, body.surface.triangles, body.surface.modes)
+        arrays |= {key: x.astype(kind) for key, x, kind in zip(SURFACE, parts, ("f4", "i4", "f4"), strict=True)}
     stream = io.BytesIO()
     np.savez_compressed(stream, **arrays)
     write_file(stream.getvalue(), file)
@@ -180,7 +188,20 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
         raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
     more = {key: _of_shape(arrays, key, shape, source) for key, shape in _optional(m).items()}
     interfaces = _interfaces(arrays, m, source)
-    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")))
+    about, surface = str(arrays.get("about", "")), _surface(arrays, m, source)
+    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=about, surface=surface)
+
+
+def _surface(arrays: Mapping[str, Array], m: int, source: str) -> Surface | None:
+    """The surface, where the file has one."""
+    if SURFACE[0] not in arrays:
+        return None
+    sizes = [len(arrays[key]) if key in arrays and arrays[key].ndim else 0 for key in SURFACE[:2]]
+    shapes = ((sizes[0], 3), (sizes[1], 3), (m, sizes[0], 3))
+    points, corners, modes = (_of_shape(arrays, key, x, source) for key, x in zip(SURFACE, shapes, strict=True))
+    if corners is None or modes is None or not np.isin(corners, np.arange(len(points))).all():
+        raise InputError(source, SURFACE[1], "must be indices of points of a surface, which has surface_modes")
+    return Surface(points, corners.astype(np.int64), modes)
 
 
 def _optional(m: int) -> dict[str, tuple[int, ...]]:

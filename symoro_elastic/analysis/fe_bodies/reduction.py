@@ -28,11 +28,14 @@ from symoro_elastic.formats.modes_file import Interface, ModalBody
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.flexible import Surface
 
 LOOSE = 1e-6
 """Force by a motion of the whole body, of the largest stiffness: a free model has rounding only."""
 SAME = 1e-9
 """Of the largest entry: how far a matrix may be from symmetric, and a mass from one that acts alike in x, y, z."""
+MOST_TRIANGLES = 1500
+"""Of a surface that is drawn."""
 DEPENDENT = 1e-10
 """Least squared norm of a shape's part that is orthogonal to the shapes before it, by its own norm."""
 
@@ -44,6 +47,7 @@ class FiniteElements:
     Rows 3 k, 3 k + 1, 3 k + 2 belong to node k. `numbers` (n,) are those of the file, `groups` sets of nodes (indices)
     by name. `source` names the file in messages, `about` says where the model comes from. `geometric` returns the
     geometric stiffness (n, n), N/m, which acts on x, y and z alike, of the stresses under displacements (3 n,), m.
+    `triangles` (M, 3) of nodes, seen from outside, are the surface.
     """
 
     x: Array
@@ -54,6 +58,7 @@ class FiniteElements:
     about: str
     groups: Mapping[str, AnyArray] = field(default_factory=dict)
     geometric: Callable[[Array], Any] | None = None
+    triangles: AnyArray = field(default_factory=lambda: np.empty((0, 3), dtype=np.int64))
 
 
 def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
@@ -191,4 +196,13 @@ def _body(model: FiniteElements, phi: Array, stiffness: Array, interfaces: Mappi
         arms = model.x[nodes] - center
         turns = np.cross(arms, phi[:, nodes]).sum(axis=1) @ np.linalg.inv(_spread(arms)).T
         followers[name] = Interface(center, phi[:, nodes].mean(axis=1), turns)
-    return ModalBody((G + G.T) / 2, stiffness, np.zeros(len(stiffness)), followers, about=model.about)
+    damping, surface = np.zeros(len(stiffness)), _surface(model, phi)
+    return ModalBody((G + G.T) / 2, stiffness, damping, followers, about=model.about, surface=surface)
+
+
+def _surface(model: FiniteElements, phi: Array) -> Surface | None:
+    """The surface of a model with its modes phi (m, n, 3), coarse enough to be drawn."""
+    if not len(model.triangles):
+        return None
+    nodes, corners = np.unique(model.triangles, return_inverse=True)
+    return Surface(model.x[nodes], corners.reshape(-1, 3), phi[:, nodes]).coarse(MOST_TRIANGLES)

@@ -85,7 +85,23 @@ def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
     groups = {name: basis.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
     about = f"{Path(file).name}, {material}"
     numbers, matrices = np.arange(1, basis.N + 1), (solid.stiffness(), solid.mass(density))
-    return FiniteElements(basis.doflocs.T, *matrices, numbers, file, about, groups, solid.geometric)
+    triangles = basis.nodal_dofs[0][_outer_triangles(mesh)]
+    return FiniteElements(basis.doflocs.T, *matrices, numbers, file, about, groups, solid.geometric, triangles)
+
+
+def _outer_triangles(mesh: Any) -> AnyArray:
+    """Vertices (M, 3) of the surface of a mesh, seen from outside."""
+    faces = mesh.boundary_facets()
+    corners, inside = mesh.facets[:, faces].T, mesh.p[:, mesh.t[:, mesh.f2t[0, faces]]].mean(axis=1).T
+    if corners.shape[1] == 4:  # the two diagonals of a face are longer than any two of its sides that do not meet
+        pairs = np.array([[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]])
+        x = mesh.p.T[corners[:, pairs]]  # (faces, pairings, 4, 3)
+        lengths = np.linalg.norm(x[:, :, [0, 2]] - x[:, :, [1, 3]], axis=3).sum(axis=2)
+        a, c, b, d = np.take_along_axis(corners, pairs[lengths.argmax(axis=1)], axis=1).T
+        corners, inside = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), np.tile(inside, (2, 1))
+    p = mesh.p.T[corners]
+    outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), p[:, 0] - inside)
+    return np.asarray(np.where((outward > 0)[:, None], corners, corners[:, ::-1]))
 
 
 def _mesh(skfem: Any, file: str) -> Any:

@@ -148,7 +148,7 @@ def labels(name: str, body: ModalBody) -> list[str]:
 
 def body_of_file(name: str, body: ModalBody) -> FlexibleBody:
     """The flexible body of the rows of a file."""
-    return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals)
+    return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals, body.surface)
 
 
 def written_bodies(top: Table) -> Iterator[FlexibleBody]:
