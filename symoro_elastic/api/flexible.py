@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 NOTHING: Mapping[str, str] = {}
 MOST_MODES = 200
+RIGID = ":rigid"
 MASSES: Mapping[str, float] = {"kg": 1.0, "t": 1000.0}
 """Units of mass matrices, kg."""
 
@@ -35,9 +36,10 @@ def flexible(
 
     `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market, CalculiX, Nastran DMIG, Abaqus) with `mass`
     and `nodes`. Nodes that the joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5"
-    in m, or numbers "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes`
-    more. `material` of a mesh is a name or "E,nu,density"; coordinates times `scale` are metres, 0.001 for mm, where
-    matrices need `mass_unit`: "t" with N, or "kg". The origin of the file is that of the joint's frame.
+    in m, or numbers "1-40,77"; interfaces are averaged, or rigid as "x=0.5:rigid". The body has six modes for each
+    interface, so that its compliance is exact, and `modes` more. `material` of a mesh is a name or "E,nu,density";
+    coordinates times `scale` are metres, 0.001 for mm, where matrices need `mass_unit`: "t" with N, or "kg". The origin
+    of the file is that of the joint's frame.
 
     Raises
     ------
@@ -62,8 +64,10 @@ def flexible(
     else:
         model = of_mesh(file, material, scale)
     joint_nodes = nodes_of(model, fixed, "--fixed")
-    interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
-    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes))
+    rigid = [name for name, text in interfaces.items() if text.endswith(RIGID)]
+    texts = {name: text.removesuffix(RIGID) for name, text in interfaces.items()}
+    interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in texts.items()}
+    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes, rigid))
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:

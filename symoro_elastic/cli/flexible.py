@@ -16,7 +16,7 @@ INTERFACES = click.option(
     "interfaces",
     metavar="NAME=NODES",
     multiple=True,
-    help="Nodes of an interface, which becomes the row JOINT_NAME of a machine; may be repeated.",
+    help="Nodes of an interface, averaged or NODES:rigid; becomes the row JOINT_NAME; may be repeated.",
 )
 
 

@@ -6,7 +6,8 @@ compliance is exact) and the lowest modes with free interfaces are the basis V; 
     (V^T K V) c = w^2 (V^T M V) c
 
 modes are orthogonal in mass and stiffness. A unit of a mode is its largest displacement, 1 m. Interfaces are averaged:
-loads act on all their nodes alike, and their displacement and turn are the means of least squares (RBE3).
+loads act on all their nodes alike, and their displacement and turn are the means of least squares (RBE3); nodes of a
+rigid one move as one body (RBE2).
 
 Stresses s under inertial forces, of accelerations of the joint's frame that are constant or linear in the place, and
 under unit forces on the interfaces have the geometric stiffness
@@ -18,7 +19,7 @@ which enters as foreshortening: Ct1_kl and T1s_kl of accelerations, -Kg_kl of a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -61,14 +62,17 @@ class FiniteElements:
     triangles: AnyArray = field(default_factory=lambda: np.empty((0, 3), dtype=np.int64))
 
 
-def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int) -> ModalBody:
+def modal_body(
+    model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, AnyArray], count: int, rigid: Collection[str] = ()
+) -> ModalBody:
     """Return the body whose nodes `fixed` (indices) the joint fixes, with six modes an interface and `count` more.
 
-    Raises `InputError` for a model that is fixed already, or that moves without deflection where it is fixed.
+    Interfaces that `rigid` names stiffen it. Raises `InputError` for a model that is fixed already, or that moves
+    without deflection where it is fixed.
     """
     refuse_wrong(model, fixed, interfaces)
     linalg, sparse = for_vibrations("scipy.sparse.linalg"), for_vibrations("scipy.sparse")
-    moves = _free_displacements(model, fixed)
+    moves = _free_displacements(model, fixed, {name: nodes for name, nodes in interfaces.items() if name in rigid})
     full_M = sparse.kron(model.m, np.eye(3)).tocsr()
     K, M = ((moves.T @ matrix @ moves).tocsc() for matrix in (model.K, full_M))
     try:
@@ -85,22 +89,29 @@ def modal_body(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str, 
         shapes = np.hstack([shapes, moves @ modes])
     columns, stiffness = _modes(shapes, model.K, full_M)
     phi = columns.T.reshape(-1, len(model.x), 3)
-    body = _body(model, phi, stiffness, interfaces)
+    about = "".join(f", rigid interface {name}" for name in rigid)
+    body = _body(replace(model, about=model.about + about), phi, stiffness, interfaces)
     if model.geometric is None:
         return body
     accelerations = moves @ inverse(moves.T @ _inertial_forces(model))
     return _with_foreshortening(body, model.geometric, phi, accelerations, forces)
 
 
-def _free_displacements(model: FiniteElements, fixed: AnyArray) -> Any:
-    """Displacements (3 n, ...) that the joint leaves, a sparse matrix."""
-    free = np.setdiff1d(np.arange(len(model.x)), fixed)
-    return for_vibrations("scipy.sparse").identity(3 * len(model.x), format="csc")[:, _rows(free)]
-
-
-def _rows(nodes: AnyArray) -> AnyArray:
-    """Rows x, y, z of nodes."""
-    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())
+def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[str, AnyArray]) -> Any:
+    """Displacements (3 n, ...) that the joint and rigid interfaces leave, a sparse matrix."""
+    sparse, free = for_vibrations("scipy.sparse"), np.setdiff1d(np.arange(len(model.x)), fixed)
+    motions = []
+    for name, nodes in rigid.items():
+        if not np.isin(nodes, free).all():
+            what = "is rigid and has nodes of the joint, or of another rigid interface: leave them out"
+            raise InputError(model.source, f"--interface {name}", what)
+        free, motion = np.setdiff1d(free, nodes), np.zeros((len(model.x), 3, 6))
+        motion[nodes, :, :3] = np.eye(3)
+        for axis in range(3):
+            motion[nodes, :, 3 + axis] = np.cross(np.eye(3)[axis], model.x[nodes] - model.x[nodes].mean(axis=0))
+        motions.append(sparse.csc_matrix(motion.reshape(-1, 6)))
+    rows = (3 * free[:, None] + np.arange(3)).ravel()
+    return sparse.hstack([sparse.identity(3 * len(model.x), format="csc")[:, rows], *motions], format="csc")
 
 
 def _inertial_forces(model: FiniteElements) -> Array:
