@@ -58,16 +58,13 @@ def flexible(
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces), modes, scale)
-    if mass or nodes or Path(file).suffix.lower() in SUFFIXES:
+    if has_matrix := bool(mass or nodes or Path(file).suffix.lower() in SUFFIXES):
         _refuse_part(mass, nodes, scale, mass_unit)
-        model = of_matrices(file, str(mass), str(nodes), scale, MASSES[mass_unit or "kg"])
-    else:
-        model = of_mesh(file, material, scale)
-    joint_nodes = nodes_of(model, fixed, "--fixed")
+    unit = MASSES[mass_unit or "kg"]
+    model = of_matrices(file, str(mass), str(nodes), scale, unit) if has_matrix else of_mesh(file, material, scale)
     rigid = [name for name, text in interfaces.items() if text.endswith(RIGID)]
-    texts = {name: text.removesuffix(RIGID) for name, text in interfaces.items()}
-    interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in texts.items()}
-    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes, rigid))
+    ends = {name: nodes_of(model, text.removesuffix(RIGID), f"--interface {name}") for name, text in interfaces.items()}
+    return FlexibleModes(file, modal_body(model, nodes_of(model, fixed, "--fixed"), ends, modes, rigid))
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:

@@ -46,7 +46,7 @@ def matrix_of_nodes(file: str, numbers: AnyArray, letter: str) -> Any:
     has_dmig = re.search(r"^DMIG", text, re.MULTILINE)
     nodes, axes, values = _of_dmig(file, text, letter) if has_dmig else _of_lines(file, text)
     if not len(values) or not np.isfinite(values).all():
-        raise InputError(file, "file", "has no matrix, or a value that is no number")
+        raise InputError(file, "file", "has no matrix, or a value that is not a number")
     if ((axes < 1) | (axes > 3)).any():
         raise InputError(file, "file", "has directions beyond x, y, z: export solid elements, not beams or shells")
     order = np.argsort(numbers)
@@ -117,7 +117,9 @@ def _of_dmig(file: str, text: str, letter: str) -> Entries:
             groups = (more[k : k + 3] for k in range(1, len(more), 4) if more[k])
             terms = [(int(row), int(along), *at, _number(value)) for row, along, value in groups]
         except ValueError:
-            raise InputError(file, f"line {number}", f"{name} has a term that is no node, direction, value") from None
+            raise InputError(
+                file, f"line {number}", f"{name} has a term that is not a node, direction and value"
+            ) from None
         matrices[name] += terms
     chosen = [name for name in matrices if name.startswith(letter) and not name.startswith("K4")] or [*matrices]
     if len(chosen) != 1:

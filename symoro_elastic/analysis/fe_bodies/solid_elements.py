@@ -1,4 +1,4 @@
-"""Matrices of solid elements of one material: stiffness, mass and geometric stiffness.
+"""Stiffness, mass and geometric stiffness of solid elements.
 
 By the gradients N_i,a of shape functions with Lame's l and mu,
 

@@ -168,14 +168,14 @@ WRONG = {
     "rotations": ("one triangle", change("K.mtx", ",3,", ",4,"), "has directions beyond x, y, z: export solid"),
     "other lines": ("one triangle", change("K.mtx", "3,", "3,3,"), "is no Matrix Market file, no DMIG"),
     "words": ("one triangle", change("M.mtx", "\n", "\nsee K\n"), "M.mtx: file: is no Matrix Market file"),
-    "no number": ("one triangle", change("M.mtx", "e-0", "e+999"), "or a value that is no number"),
+    "no number": ("one triangle", change("M.mtx", "e-0", "e+999"), "or a value that is not a number"),
     "half": ("both triangles", cut("K.mtx"), "K.mtx: K: "),
     "half of the mass": ("one triangle", cut("M.mtx"), "M.mtx: M: is not the same in x, y, z"),
     "few rows": ("calculix", cut("job.dof"), "its file .dof has"),
     "other rows": ("calculix", change("job.dof", ".", ","), "job.dof: file: must have a line node.direction"),
     "complex": ("large", change("job.pch", "       6       2", "       6       4"), "KAAX has the type 4: real ones"),
     "two": ("large", lambda folder: twice(folder / "job.pch"), "must have one matrix of a name K..., has KAAX, KBBX"),
-    "no term": ("small", change("job.pch", "+", "x"), "KAAX has a term that is no node, direction, value"),
+    "no term": ("small", change("job.pch", "+", "x"), "KAAX has a term that is not a node, direction and value"),
 }
 
 
