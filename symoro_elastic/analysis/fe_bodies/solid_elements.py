@@ -8,7 +8,6 @@ By the gradients N_i,a of shape functions with Lame's l and mu,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,23 +47,23 @@ class SolidElements:
     def mass(self, density: float) -> Any:
         """Scalar mass (n, n), kg."""
         weighted = density * self.values * self.weights[:, None]
-        return self._sum(self.nodes, [weighted @ self.values.T], self.count)
+        return _assembled(self.nodes, weighted @ self.values.T, self.count)
 
     def stiffness(self) -> Any:
         """Stiffness (3 n, 3 n), N/m."""
         rows = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
-        return self._sum(rows, self._stiffnesses(), 3 * self.count)
+        parts = (slice(k, k + TOGETHER) for k in range(0, len(rows), TOGETHER))
+        return sum(_assembled(rows[part], self._stiffness(part), 3 * self.count) for part in parts)
 
-    def _stiffnesses(self) -> Iterator[Array]:
+    def _stiffness(self, part: slice) -> Array:
         first, mu = self.lame
-        for k in range(0, len(self.nodes), TOGETHER):
-            part = self.gradients[k : k + TOGETHER]
-            e, n, _, q = part.shape
-            flat = part.reshape(e, 3 * n, q)
-            pairs = ((flat * self.weights[k : k + e, None]) @ flat.swapaxes(1, 2)).reshape(e, n, 3, n, 3)
-            K = first * pairs + mu * pairs.swapaxes(2, 4)
-            K += mu * np.einsum("eicjc,ab->eiajb", pairs, np.eye(3))
-            yield K.reshape(e, 3 * n, 3 * n)
+        gradients = self.gradients[part]
+        e, n, _, q = gradients.shape
+        flat = gradients.reshape(e, 3 * n, q)
+        pairs = ((flat * self.weights[part, None]) @ flat.swapaxes(1, 2)).reshape(e, n, 3, n, 3)
+        K = first * pairs + mu * pairs.swapaxes(2, 4)
+        K += mu * np.einsum("eicjc,ab->eiajb", pairs, np.eye(3))
+        return np.asarray(K.reshape(e, 3 * n, 3 * n))
 
     def geometric(self, displacements: Array) -> Any:
         """Geometric stiffness (n, n), N/m, of the stresses under displacements (3 n,), m."""
@@ -74,15 +73,11 @@ class SolidElements:
         stress += first * np.einsum("eccq,ab->eabq", gradient, np.eye(3))
         loaded = np.einsum("eabq,enbq->enaq", stress * self.weights[:, None, None], self.gradients)
         flat = (*self.nodes.shape, -1)
-        return self._sum(self.nodes, [loaded.reshape(flat) @ self.gradients.reshape(flat).swapaxes(1, 2)], self.count)
+        blocks = loaded.reshape(flat) @ self.gradients.reshape(flat).swapaxes(1, 2)
+        return _assembled(self.nodes, blocks, self.count)
 
-    @staticmethod
-    def _sum(rows: AnyArray, blocks: Any, count: int) -> Any:
-        """The sparse matrix of blocks, a list of (E, R, R), at rows (E, R)."""
-        sparse, total, k = for_vibrations("scipy.sparse"), None, 0
-        for block in blocks:
-            own = rows[k : k + len(block)]
-            i, j = (np.broadcast_to(x, block.shape).ravel() for x in (own[:, :, None], own[:, None]))
-            part = sparse.coo_matrix((block.ravel(), (i, j)), shape=(count, count)).tocsc()
-            total, k = part if total is None else total + part, k + len(block)
-        return total
+
+def _assembled(rows: AnyArray, blocks: Array, count: int) -> Any:
+    """The sparse matrix (count, count) of blocks (E, R, R) at rows (E, R)."""
+    i, j = (np.broadcast_to(x, blocks.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
+    return for_vibrations("scipy.sparse").coo_matrix((blocks.ravel(), (i, j)), shape=(count, count)).tocsc()
