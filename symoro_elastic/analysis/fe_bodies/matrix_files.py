@@ -27,6 +27,8 @@ from symoro_elastic.foundation.packages import for_vibrations
 
 SUFFIXES = (".mtx", ".sti", ".pch")
 """Of files of a stiffness matrix."""
+LARGEST = 2**53
+"""Integers that floating-point numbers hold exactly."""
 REAL = ("1", "2")
 """Types of DMIG: of single and double precision."""
 EXPONENT = re.compile(r"(?<=[\d.])(?=[-+]\d+$)")
@@ -79,10 +81,10 @@ def _of_matrix_market(file: str, text: str, count: int) -> Any:
 
 def _of_lines(file: str, text: str) -> Entries:
     """Entries of lines of three or five numbers."""
-    lines = (line.replace(",", " ").replace("D", "E") for line in text.splitlines())
+    lines = [line.replace(",", " ").replace("D", "E") for line in text.splitlines() if line.strip()[:1] not in "*#"]
     try:
-        table = np.loadtxt(lines, comments=("*", "#"), ndmin=2)
-        labels, values = table[:, :-1].astype(np.int64), table[:, -1]
+        table = np.loadtxt(lines or ["none"], ndmin=2)
+        labels, values = _integers(table[:, :-1]), table[:, -1]
         if table.shape[1] not in (3, 5) or (labels != table[:, :-1]).any():
             raise ValueError
     except ValueError:
@@ -117,16 +119,15 @@ def _of_dmig(file: str, text: str, letter: str) -> Entries:
             groups = (more[k : k + 3] for k in range(1, len(more), 4) if more[k])
             terms = [(int(row), int(along), *at, _number(value)) for row, along, value in groups]
         except ValueError:
-            raise InputError(
-                file, f"line {number}", f"{name} has a term that is not a node, direction and value"
-            ) from None
+            what = f"{name} has a term that is not a node, direction and value"
+            raise InputError(file, f"line {number}", what) from None
         matrices[name] += terms
     chosen = [name for name in matrices if name.startswith(letter) and not name.startswith("K4")] or [*matrices]
     if len(chosen) != 1:
         what = f"must have one matrix of a name {letter}..., has {', '.join(chosen) or 'none'}"
         raise InputError(file, "file", what)
-    table = np.array(matrices[chosen[0]]).reshape(-1, 5)
-    labels = table[:, :4].astype(np.int64)
+    table = np.array(matrices[chosen[0]], dtype=float).reshape(-1, 5)
+    labels = _integers(table[:, :4])
     return labels[:, ::2], labels[:, 1::2], table[:, 4]
 
 
@@ -152,6 +153,11 @@ def _fields(line: str) -> list[str]:
         fields = line.split(",")[1:]
         return [x.strip() for x in [*fields, *[""] * count][:count]]
     return [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(count)]
+
+
+def _integers(x: Array) -> AnyArray:
+    """Labels as integers; 0 for those that are too large."""
+    return np.where(np.abs(x) < LARGEST, x, 0).astype(np.int64)
 
 
 def _number(text: str) -> float:

@@ -61,7 +61,7 @@ def _nodes(file: str) -> tuple[AnyArray, Array]:
         rows = rows[1:]
     try:
         table = np.array([[float(cell) for cell in row] for row in rows])
-        if table.ndim != 2 or table.shape[1] != 4 or not np.isfinite(table).all():
+        if table.ndim != 2 or table.shape[1] != 4 or not np.isfinite(table).all() or np.abs(table[:, 0]).max() > 2**53:
             raise ValueError
     except ValueError:
         raise InputError(file, "file", "must have lines of a node's number, x, y, z") from None
