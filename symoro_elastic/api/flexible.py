@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 NOTHING: Mapping[str, str] = {}
 MOST_MODES = 200
+RIGID = ":rigid"
+MASSES: Mapping[str, float] = {"kg": 1.0, "t": 1000.0}
+"""Units of mass matrices, kg."""
 
 
 def flexible(
@@ -28,15 +31,17 @@ def flexible(
     modes: int = 6,
     material: str = "steel",
     scale: float = 1.0,
+    mass_unit: str = "",
 ) -> FlexibleModes:
     """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
 
-    `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
-    joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5" in m, or numbers
-    "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes` more. Rails are
-    strips of nodes along x, y or z, on which a row slides (`along`); each has twelve modes under loads along it.
-    `material` of a mesh is a name or "E,nu,density"; coordinates times `scale` are metres, 0.001 for mm. The origin of
-    the file is that of the joint's frame.
+    `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market, CalculiX, Nastran DMIG, Abaqus) with `mass`
+    and `nodes`. Nodes that the joint holds (`fixed`) and those of interfaces are named sets of the mesh, planes "x=0.5"
+    in m, or numbers "1-40,77"; interfaces are averaged, or rigid as "x=0.5:rigid". The body has six modes for each
+    interface, so that its compliance is exact, and `modes` more. Rails are strips of nodes along x, y or z, on which a
+    row slides (`along`); each has twelve modes under loads along it. `material` of a mesh is a name or "E,nu,density";
+    coordinates times `scale` are metres, 0.001 for mm, where matrices need `mass_unit`: "t" with N, or "kg". The origin
+    of the file is that of the joint's frame.
 
     Raises
     ------
@@ -44,6 +49,7 @@ def flexible(
         For files that hold no model, models that are fixed already, and nodes that determine no position.
     """
     from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
+    from symoro_elastic.analysis.fe_bodies.matrix_files import SUFFIXES
     from symoro_elastic.analysis.fe_bodies.reduction import modal_body
     from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_matrices, of_mesh
     from symoro_elastic.formats.modes_file import load
@@ -54,13 +60,14 @@ def flexible(
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces) + len(rails), modes, scale)
-    if bool(mass) != bool(nodes):
-        raise InputError(COMMAND, "--nodes" if mass else "--mass", "matrices need a stiffness, a mass and nodes")
-    model = of_matrices(file, str(mass), str(nodes), scale) if mass else of_mesh(file, material, scale)
-    joint_nodes = nodes_of(model, fixed, "--fixed")
-    interface_nodes = {name: nodes_of(model, text, f"--interface {name}") for name, text in interfaces.items()}
-    rail_nodes = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}
-    return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes, rail_nodes))
+    if has_matrix := bool(mass or nodes or Path(file).suffix.lower() in SUFFIXES):
+        _refuse_part(mass, nodes, scale, mass_unit)
+    unit = MASSES[mass_unit or "kg"]
+    model = of_matrices(file, str(mass), str(nodes), scale, unit) if has_matrix else of_mesh(file, material, scale)
+    rigid = [name for name, text in interfaces.items() if text.endswith(RIGID)]
+    ends = {name: nodes_of(model, text.removesuffix(RIGID), f"--interface {name}") for name, text in interfaces.items()}
+    strips = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}
+    return FlexibleModes(file, modal_body(model, nodes_of(model, fixed, "--fixed"), ends, modes, strips, rigid))
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
@@ -70,3 +77,16 @@ def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
         raise InputError(COMMAND, "--modes", f"must be from 0 to {MOST_MODES}, with an interface or a mode at least")
     if not 0 < scale < inf:
         raise InputError(COMMAND, "--scale", f"{scale:g} must be above 0: coordinates times it are metres")
+
+
+def _refuse_part(mass: str | Path | None, nodes: str | Path | None, scale: float, mass_unit: str) -> None:
+    """Refuse matrices without what they need."""
+    if not mass:
+        what = "a stiffness without mass has no frequencies: export M, too, which substructures of CalculiX leave out"
+        raise InputError(COMMAND, "--mass", what)
+    if not nodes:
+        what = "integrals over the mass need coordinates: give lines of number, x, y, z of every node"
+        raise InputError(COMMAND, "--nodes", what)
+    if mass_unit not in MASSES and (mass_unit or scale != 1):
+        what = "says the unit of mass in matrices whose lengths are not m: t, as with N and mm, or kg"
+        raise InputError(COMMAND, "--mass-unit", what)

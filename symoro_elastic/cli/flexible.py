@@ -16,7 +16,7 @@ INTERFACES = click.option(
     "interfaces",
     metavar="NAME=NODES",
     multiple=True,
-    help="Nodes of an interface, which becomes the row JOINT_NAME of a machine; may be repeated.",
+    help="Nodes of an interface, averaged or NODES:rigid; becomes the row JOINT_NAME; may be repeated.",
 )
 RAILS = click.option(
     "--rail",
@@ -32,7 +32,7 @@ RAILS = click.option(
 @click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, x=0, or 1-40,77.")
 @INTERFACES
 @RAILS
-@click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix, Matrix Market, beside the stiffness FILE.")
+@click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix of the stiffness FILE.")
 @click.option("--nodes", metavar="FILE", type=InputFile(), help="Nodes of the matrices: lines of number, x, y, z.")
 @click.option("--modes", metavar="N", type=int, default=6, help="Modes beside six for each interface (default: 6).")
 @click.option(
@@ -40,14 +40,15 @@ RAILS = click.option(
     help="Of a mesh: steel, cast-iron, aluminium, titanium, mineral-casting, or E,nu,density.",
 )  # fmt: skip
 @click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
+@click.option("--mass-unit", metavar="UNIT", default="", help="Of matrices in mm: t (with N), or kg.")
 @click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
 @writes
 @JSON
 def flexible(
     source: str, interfaces: tuple[str, ...], rails: tuple[str, ...], save: str | None, as_json: bool, **options: Any
 ) -> None:
-    """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix beside --mass and --nodes, or a file of
-    modes, which is described. [flexible] of a machine names such a file.
+    """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix with --mass and --nodes (Matrix Market,
+    CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine names such a file.
     """
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body

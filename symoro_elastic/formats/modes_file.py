@@ -3,9 +3,10 @@
 With Psi = [1, x, y, z, phi_1x, phi_1y, phi_1z, phi_2x ...] over the mass, in the frame of the joint at which the modes
 vanish, `G` = int Psi^T Psi holds mass, moments and all integrals of linear modes. `K` is their stiffness, `D` their
 damping, `Ct1` and `T1s` are integrals of foreshortening s_kl and of x s_kl^T. An interface NAME has the point
-`NAME_r`, and displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there. A rail begins at `NAME_r`
-and ends at `NAME_end`, on an axis of the frame; its `NAME_phi` and `NAME_psi` (n, 3, m) are the coefficients of
-polynomials by powers of the distance from its beginning, m. `about` is a text.
+`NAME_r`, displacements `NAME_phi` (3, m) and turns `NAME_psi` (3, m) of the modes there, and with foreshortening
+`NAME_s` (m, m, 3): it moves by s_kl e_k e_l/2 in addition. A rail begins at `NAME_r` and ends at `NAME_end`, on an axis
+of the frame; its `NAME_phi` and `NAME_psi` (n, 3, m) are the coefficients of polynomials by powers of the distance from
+its beginning, m. `surface` (N, 3), `triangles` (M, 3) and `surface_modes` (m, N, 3) are drawn. `about` is a text.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.output_files import write_file
+from symoro_elastic.machine.flexible import Surface
 
 SAME = 1e-9
 """Of the largest entry: how far matrices may be from symmetric, and eigenvalues below zero."""
@@ -31,16 +33,21 @@ MOST_BYTES = 50_000_000
 LOST = 0.1
 """Of a compliance: what is worth a remark where modes are left out."""
 OWN = ("G", "K", "D", "Ct1", "T1s", "frequencies", "about")
-ENDS, OF_RAIL = ("_r", "_phi", "_psi"), "_end"
+ENDS, SHORTER, OF_RAIL = ("_r", "_phi", "_psi"), "_s", "_end"
+SURFACE = ("surface", "triangles", "surface_modes")
 
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes."""
+    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes.
+
+    `shorter` (m, m, 3) is its foreshortening.
+    """
 
     point: Array
     shift: Array
     turn: Array
+    shorter: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +95,7 @@ class ModalBody:
     about: str = ""
     doubts: tuple[str, ...] = ()
     rails: Mapping[str, Rail] = field(default_factory=dict)
+    surface: Surface | None = None
 
     @property
     def count(self) -> int:
@@ -141,12 +149,25 @@ class ModalBody:
         """The body with some of its modes, a mask (m,); doubts say which compliances of interfaces lose much."""
         at = np.flatnonzero(chosen)
         rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
-        interfaces = {key: Interface(x.point, x.shift[at], x.turn[at]) for key, x in self.interfaces.items()}
+
+        def pairs(x: Array | None) -> Array | None:
+            return None if x is None else x[np.ix_(at, at)]
+
+        interfaces = {
+            key: Interface(x.point, x.shift[at], x.turn[at], pairs(x.shorter)) for key, x in self.interfaces.items()
+        }
         rails = {key: Rail(x.point, x.end, x.shift[:, at], x.turn[:, at]) for key, x in self.rails.items()}
-        Ct1, T1s = (None if x is None else x[np.ix_(at, at)] for x in (self.Ct1, self.T1s))
+        Ct1, T1s = pairs(self.Ct1), pairs(self.T1s)
         numbers = self.stiffness[at], self.damping[at], interfaces, Ct1, T1s, self.about
-        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers, rails=rails)
+        surface = self.surface and replace(self.surface, modes=self.surface.modes[at])
+        smaller = ModalBody(self.G[np.ix_(rows, rows)], *numbers, rails=rails, surface=surface)
         return replace(smaller, doubts=tuple(x for name in self.places for x in self._lost(smaller, name)))
+
+    @property
+    def without_foreshortening(self) -> ModalBody:
+        """The body whose stiffness depends on no load."""
+        interfaces = {name: replace(x, shorter=None) for name, x in self.interfaces.items()}
+        return replace(self, Ct1=None, T1s=None, interfaces=interfaces)
 
     def _lost(self, smaller: ModalBody, name: str) -> Iterator[str]:
         """A sentence on the directions of an interface in which modes that are left out yield."""
@@ -166,6 +187,10 @@ def save(body: ModalBody, file: str | Path) -> None:
     for name, interface in body.interfaces.items():
         parts = (interface.point, interface.shift.T, interface.turn.T)
         arrays |= {name + end: x for end, x in zip(ENDS, parts, strict=True)}
+        arrays |= {} if interface.shorter is None else {name + SHORTER: interface.shorter}
+    if body.surface is not None:
+        parts = (body.surface.points, body.surface.triangles, body.surface.modes)
+        arrays |= {key: x.astype(kind) for key, x, kind in zip(SURFACE, parts, ("f4", "i4", "f4"), strict=True)}
     for name, rail in body.rails.items():
         arrays |= {name + "_r": rail.point, name + OF_RAIL: rail.end}
         arrays |= {name + "_phi": rail.shift.transpose(0, 2, 1), name + "_psi": rail.turn.transpose(0, 2, 1)}
@@ -207,7 +232,20 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
         raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
     more = {key: _of_shape(arrays, key, shape, source) for key, shape in _optional(m).items()}
     interfaces, rails = _interfaces(arrays, m, source), _rails(arrays, m, source)
-    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=str(arrays.get("about", "")), rails=rails)
+    about, surface = str(arrays.get("about", "")), _surface(arrays, m, source)
+    return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=about, rails=rails, surface=surface)
+
+
+def _surface(arrays: Mapping[str, Array], m: int, source: str) -> Surface | None:
+    """The surface, where the file has one."""
+    if SURFACE[0] not in arrays:
+        return None
+    sizes = [len(arrays[key]) if key in arrays and arrays[key].ndim else 0 for key in SURFACE[:2]]
+    shapes = ((sizes[0], 3), (sizes[1], 3), (m, sizes[0], 3))
+    points, corners, modes = (_of_shape(arrays, key, x, source) for key, x in zip(SURFACE, shapes, strict=True))
+    if corners is None or modes is None or not np.isin(corners, np.arange(len(points))).all():
+        raise InputError(source, SURFACE[1], "must be indices of points of a surface, which has surface_modes")
+    return Surface(points, corners.astype(np.int64), modes)
 
 
 def _optional(m: int) -> dict[str, tuple[int, ...]]:
@@ -222,7 +260,8 @@ def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, I
     for name, (point, phi, psi) in parts.items():
         if point is None or phi is None or psi is None:
             raise InputError(source, name, f"an interface has {', '.join(name + end for end in ENDS)}")
-    return {name: Interface(point, phi.T, psi.T) for name, (point, phi, psi) in parts.items()}
+    shorter = {name: _of_shape(arrays, name + SHORTER, (m, m, 3), source) for name in names}
+    return {name: Interface(point, phi.T, psi.T, shorter[name]) for name, (point, phi, psi) in parts.items()}
 
 
 def _rails(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Rail]:

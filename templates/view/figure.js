@@ -50,7 +50,8 @@ class MachineFigure {
     for (const solid of data.solids) this._add(solid);
     for (const mesh of data.meshes) this._cover(mesh);
     for (const wire of data.wires) this._thread(wire, data.unit);
-    this.bars = (data.bars ?? []).map((bar) => new Bar(bar, painted, frames.reference));
+    this.bars = [...(data.bars ?? []).map((bar) => new Bar(bar, painted, frames.reference)),
+      ...(data.skins ?? []).map((skin) => new Skin(skin, painted, frames.reference))];
     for (const { mesh } of this.bars) this.groups[0].add(mesh);
     this.place(frames.reference);
   }
@@ -72,10 +73,9 @@ class MachineFigure {
 
   // The mesh of a body; with meshes, boxes of equal inertia wait until they are asked for.
   _cover({ frame, points, triangles }) {
-    const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes(points)), 3));
-    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(triangles)), 1));
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytesOf(points)), 3));
+    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytesOf(triangles)), 1));
     geometry.computeVertexNormals();
     const mesh = new THREE.Mesh(geometry, this.painted.fill("mesh"));
     this.layers.meshes.push(mesh);

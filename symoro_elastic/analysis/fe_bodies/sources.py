@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
 from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
+from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
@@ -31,45 +32,43 @@ NEAR = 1e-6
 """Of the largest size: how far a node may be from a plane."""
 
 
-def of_matrices(stiffness: str, mass: str, nodes: str, scale: float) -> FiniteElements:
-    """Return the model of matrices in Matrix Market files and nodes in a table "number, x, y, z"; raises `InputError`.
+def of_matrices(stiffness: str, mass: str, nodes: str, scale: float, unit: float) -> FiniteElements:
+    """Return the model of matrices in files and of nodes in a table "number, x, y, z"; raises `InputError`.
 
-    Rows of the matrices are x, y, z of each node, in the order of the table. Coordinates times `scale` are metres.
+    Coordinates times `scale` are metres, entries of the mass matrix times `unit` are kg, and those of the stiffness
+    matrix times `unit` are N/m, since their unit is that of mass by s2.
     """
     numbers, x = _nodes(nodes)
-    K, M = _matrix(stiffness, len(x)), _matrix(mass, len(x))
+    K, M = (matrix_of_nodes(file, numbers, letter) for file, letter in ((stiffness, "K"), (mass, "M")))
+    used = K.diagonal().reshape(-1, 3).any(axis=1)
+    rows = np.repeat(used, 3)
+    K, M = K[rows][:, rows], M[rows][:, rows]
     m = M[0::3, 0::3]
     if abs(M - for_vibrations("scipy.sparse").kron(m, np.eye(3))).max() > SAME * abs(M).max():
         what = "is not the same in x, y, z and zero between them: export solid elements, not beams or shells"
         raise InputError(mass, "M", what)
-    about = ", ".join(Path(file).name for file in (stiffness, mass, nodes))
-    return FiniteElements(scale * x, K, m, numbers, stiffness, about)
+    if not m.sum() > 0:
+        raise InputError(mass, "M", "adds up to no mass: give the material a density")
+    about = ", ".join(Path(file).name for file in dict.fromkeys((stiffness, mass, nodes)))
+    return FiniteElements(scale * x[used], unit * K, unit * m, numbers[used], stiffness, about)
 
 
 def _nodes(file: str) -> tuple[AnyArray, Array]:
-    """Numbers and coordinates of nodes; a first line without numbers is a heading."""
-    lines = read_file(file).decode("utf-8-sig", "replace").splitlines()
-    rows = [re.split(r"[,;\s]+", line.strip()) for line in lines if line.strip()]
+    """Numbers and coordinates of nodes; a first line without numbers is a heading, lines with * are comments."""
+    lines = map(str.strip, read_file(file).decode("utf-8-sig", "replace").splitlines())
+    rows = [re.split(r"[,;\s]+", line) for line in lines if line and not line.startswith("*")]
     if rows and not re.fullmatch(r"[-+.\deE]+", rows[0][0]):
         rows = rows[1:]
     try:
         table = np.array([[float(cell) for cell in row] for row in rows])
-        if table.ndim != 2 or table.shape[1] != 4 or not np.isfinite(table).all():
+        if table.ndim != 2 or table.shape[1] != 4 or not np.isfinite(table).all() or np.abs(table[:, 0]).max() > 2**53:
             raise ValueError
     except ValueError:
         raise InputError(file, "file", "must have lines of a node's number, x, y, z") from None
+    numbers, counts = np.unique(table[:, 0].astype(np.int64), return_counts=True)
+    if counts.max() > 1:
+        raise InputError(file, "file", f"has node {numbers[counts.argmax()]} {counts.max()} times")
     return table[:, 0].astype(np.int64), table[:, 1:]
-
-
-def _matrix(file: str, count: int) -> Any:
-    """A sparse matrix (3 count, 3 count) in a Matrix Market file."""
-    try:
-        matrix = for_vibrations("scipy.io").mmread(io.BytesIO(read_file(file)))
-    except (ValueError, TypeError) as error:
-        raise InputError(file, "file", f"not a Matrix Market file: {str(error)[:120]}") from None
-    if matrix.shape != (3 * count, 3 * count):
-        raise InputError(file, "file", f"has {matrix.shape[0]} rows: x, y, z of {count} nodes are {3 * count}")
-    return for_vibrations("scipy.sparse").csc_matrix(matrix)
 
 
 def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
@@ -81,14 +80,28 @@ def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
     mesh = _mesh(skfem, file).scaled(scale)
     element = skfem.ElementTetP2() if "Tet" in type(mesh).__name__ else skfem.ElementHex2()
     E, nu, density = material_of(material)
-    scalar = skfem.Basis(mesh, element)
-    vector = skfem.Basis(mesh, skfem.ElementVector(element))
-    lame = import_optional("skfem.models.elasticity", "a body from a mesh", "fe")
-    K = lame.linear_elasticity(*lame.lame_parameters(E, nu)).assemble(vector)
-    m = density * import_optional("skfem.models.poisson", "a body from a mesh", "fe").mass.assemble(scalar)
-    groups = {name: scalar.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
-    numbers = np.arange(1, scalar.N + 1)
-    return FiniteElements(scalar.doflocs.T, K, m, numbers, file, f"{Path(file).name}, {material}", groups)
+    basis = skfem.Basis(mesh, element, intorder=ORDER)
+    solid = SolidElements.of(basis, (E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))))
+    groups = {name: basis.get_dofs(facets).flatten() for name, facets in (mesh.boundaries or {}).items()}
+    about = f"{Path(file).name}, {material}"
+    numbers, matrices = np.arange(1, basis.N + 1), (solid.stiffness(), solid.mass(density))
+    triangles = basis.nodal_dofs[0][_outer_triangles(mesh)]
+    return FiniteElements(basis.doflocs.T, *matrices, numbers, file, about, groups, solid.geometric, triangles)
+
+
+def _outer_triangles(mesh: Any) -> AnyArray:
+    """Vertices (M, 3) of the surface of a mesh, seen from outside."""
+    faces = mesh.boundary_facets()
+    corners, inside = mesh.facets[:, faces].T, mesh.p[:, mesh.t[:, mesh.f2t[0, faces]]].mean(axis=1).T
+    if corners.shape[1] == 4:  # the two diagonals of a face are longer than any two of its sides that do not meet
+        pairs = np.array([[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]])
+        x = mesh.p.T[corners[:, pairs]]  # (faces, pairings, 4, 3)
+        lengths = np.linalg.norm(x[:, :, [0, 2]] - x[:, :, [1, 3]], axis=3).sum(axis=2)
+        a, c, b, d = np.take_along_axis(corners, pairs[lengths.argmax(axis=1)], axis=1).T
+        corners, inside = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), np.tile(inside, (2, 1))
+    p = mesh.p.T[corners]
+    outward = np.einsum("fi,fi->f", np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), p[:, 0] - inside)
+    return np.asarray(np.where((outward > 0)[:, None], corners, corners[:, ::-1]))
 
 
 def _mesh(skfem: Any, file: str) -> Any:

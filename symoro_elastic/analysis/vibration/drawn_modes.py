@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.vibration.modes import Modes, frame_shapes
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import curve, shades
 from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.flexible import Surface
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.bound.viewing import upward, view_axes
 
@@ -26,6 +27,8 @@ LEAST_ARROW = 0.5
 """Of the largest displacement: smaller ones have no arrow."""
 EQUAL = 3
 """Decimals of displacements over the largest: of equal ones the first has the arrow, joints before their bodies."""
+MOST_TRIANGLES, THIN = 300, 0.4
+"""Of the surface of a body by modes, and the width of its lines, points."""
 MOST_PICTURES, COLUMNS = 6, 3
 ARM = 0.08
 """Of the diagonal around all origins: the lines along the axes of a frame, which show that it turns."""
@@ -39,6 +42,32 @@ class DrawnPoints:
     frames: Array
     origins: Array
     extent: float
+    bent: tuple[BentPoints, ...] = ()
+
+
+@dataclass(frozen=True)
+class BentPoints:
+    """Drawn points, by index, on the surface of a body by modes with axes (3, 3) in frame 0.
+
+    `rows` are its modes, whose frames slide along z of the body by their deflections.
+    """
+
+    indices: range
+    root: int
+    rows: tuple[int, ...]
+    axes: Array
+    surface: Surface
+
+    @property
+    def edges(self) -> AnyArray:
+        """Edges of its triangles, pairs of indices (E, 2)."""
+        pairs = self.surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        return np.asarray(self.indices.start + np.unique(np.sort(pairs, axis=1), axis=0))
+
+    def displacements(self, motion: Array) -> Array:
+        """What modes add to displacements (N, 3) of points in a motion (frames, 6)."""
+        e = (motion[list(self.rows), :3] - motion[self.root, :3]) @ self.axes[:, 2]
+        return np.asarray(np.tensordot(e, self.surface.modes, axes=1) @ self.axes.T)
 
 
 @dataclass(frozen=True)
@@ -57,6 +86,8 @@ def drawn_modes(modal: Modes, some: Sequence[int], drawn: DrawnPoints) -> Iterat
     for k in some:
         motion = shapes[drawn.frames, :, k]
         displaced = motion[:, :3] + np.cross(motion[:, 3:], drawn.points - drawn.origins)
+        for body in drawn.bent:
+            displaced[body.indices] += body.displacements(shapes[:, :, k])
         far = np.linalg.norm(displaced, axis=1)
         turn = float(np.linalg.norm(shapes[:, 3:, k], axis=1).max())
         largest = max(float(far.max(initial=0.0)) / (AMPLITUDE * drawn.extent), turn / MOST_TURN)
@@ -96,8 +127,8 @@ def _draw(modal: Modes, some: Sequence[int], *axes: Any) -> None:
     for mode, axis in zip(drawn_modes(modal, some, drawn), axes, strict=False):
         moved = rest + mode.displacements @ view
         for points, look in ((rest, {"color": shades().grey, "linewidth": 0.7}), (moved, curve(0))):
-            for line in lines:
-                axis.plot(*points[line].T, **look)
+            for pairs, width in ((lines, {}), *((body.edges, {"linewidth": THIN}) for body in drawn.bent)):
+                axis.plot(*np.insert(points[np.array(pairs)], 2, np.nan, axis=1).reshape(-1, 2).T, **(look | width))
         for i in mode.arrows:
             arrow = {"arrowstyle": "-|>", "color": curve(1)["color"], "shrinkA": 0, "shrinkB": 0}
             axis.annotate("", moved[i], rest[i], arrowprops=arrow)
@@ -108,19 +139,30 @@ def _draw(modal: Modes, some: Sequence[int], *axes: Any) -> None:
 
 
 def _skeleton(modal: Modes) -> tuple[DrawnPoints, list[list[int]]]:
-    """The links between origins and the axes of all frames: their points, and lines by pairs of indices."""
+    """Points of links between origins, axes of frames and surfaces of bodies; lines of the former, pairs of indices."""
     linear = modal.linear
     machine = linear.motion.machine
     names = (joint.name for joint in machine.independent_joints)
     placed = placed_machine(machine, dict(zip(names, linear.state.q.tolist(), strict=True)))
     origins = np.array([(0.0, 0.0, 0.0), *(joint.origin for joint in placed.joints)])
-    extent = float(np.linalg.norm(np.ptp(origins, axis=0))) or 1.0
-    points, frames, lines = [*origins], [*range(len(origins))], []
-    for j, joint in enumerate(machine.joints, start=1):
-        lines.append([len(points), j])
-        points, frames = [*points, origins[joint.antecedent]], [*frames, joint.antecedent]
+    rows = [j for j in range(len(origins)) if j not in machine.modal_rows]
+    extent = float(np.linalg.norm(np.ptp(origins[rows], axis=0))) or 1.0
+    points, frames, lines = [*origins[rows]], [*rows], []
+    for own, j in enumerate(rows[1:], start=1):
+        antecedent = machine.joint(j).antecedent
+        lines.append([len(points), own])
+        points, frames = [*points, origins[antecedent]], [*frames, antecedent]
         for arm in ARM * extent * np.eye(3):
             lines.append([len(points), len(points) + 1])
             points, frames = [*points, origins[j] - arm, origins[j] + arm], [*frames, j, j]
+    bent = []
+    for root, (body, modes) in machine.flexible_bodies.items():
+        if body.surface is not None:
+            surface, x, z = body.surface.coarse(MOST_TRIANGLES), placed.joints[root - 1].x, placed.joints[root - 1].axis
+            first, axes = len(points), np.stack([x, np.cross(z, x), z], axis=1)
+            e = (origins[list(modes)] - origins[root]) @ axes[:, 2]
+            points = [*points, *(origins[root] + surface.at(e) @ axes.T)]
+            frames += [root] * len(surface.points)
+            bent.append(BentPoints(range(first, len(points)), root, modes, axes, surface))
     stacked = np.array(frames)
-    return DrawnPoints(np.array(points), stacked, origins[stacked], extent), lines
+    return DrawnPoints(np.array(points), stacked, origins[stacked], extent, tuple(bent)), lines

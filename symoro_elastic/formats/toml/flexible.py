@@ -144,11 +144,10 @@ def with_rows_of_parts(
     remarks += [f"flexible {name}: {doubt}" for name, body in bodies.items() for doubt in body.doubts]
     if not by_row and not any(_is_cell(row) or "along" in row.entries for row in top.tables("joints")):
         return top, tuple(flexible), remarks, []
-    by_name = {beam.name: beam for beam in beams}
-    ways = {name: along_beam(beam, values) for name, beam in by_name.items() if beam.modes}
+    ways = {beam.name: along_beam(beam, values) for beam in beams if beam.modes}
     ways |= {f"{name}_{key}": along_rail(name, key, body) for name, body in bodies.items() for key in body.rails}
     parts = [
-        _with_rows(_part(top, row, by_name, ways), by_row.get(name), name in bodies)
+        _with_rows(_part(top, row, ways), by_row.get(name), name in bodies)
         for row in _rows_of_file(top)
         for name in (row.text("name"),)
     ]
@@ -190,16 +189,16 @@ def _is_cell(row: Table) -> bool:
     return row.entries.get("sigma") == SIX
 
 
-def _part(top: Table, row: Table, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> Part:
+def _part(top: Table, row: Table, ways: Mapping[str, Guideway]) -> Part:
     if "along" in row.entries:
-        return _slide(top, row, beams, ways)
+        return _slide(top, row, ways)
     return _cell(top, row) if _is_cell(row) else Part(row.text("name"), (row.entries,))
 
 
-def _slide(top: Table, row: Table, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> Part:
+def _slide(top: Table, row: Table, ways: Mapping[str, Guideway]) -> Part:
     """A prismatic row that slides along a beam by modes or a rail, its body following deflection and slope there."""
     name, on = row.text("name"), row.text("along")
-    _refuse_way(row, on, beams, ways)
+    _refuse_way(row, on, ways)
     if row.entries.get("sigma") != 1 or row.entries.get("kind") not in (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE):
         raise row.fail("sigma", "a row along a body slides by its own variable: write sigma = 1, and kind motor")
     for key in (*GEOMETRY, "axis", "antecedent"):
@@ -215,12 +214,12 @@ def _slide(top: Table, row: Table, beams: Mapping[str, Beam], ways: Mapping[str,
     return Part(name, tuple(rows), moved, slide=Slide(name, on, start, ways[on].length))
 
 
-def _refuse_way(row: Table, on: str, beams: Mapping[str, Beam], ways: Mapping[str, Guideway]) -> None:
+def _refuse_way(row: Table, on: str, ways: Mapping[str, Guideway]) -> None:
     """Raise `InputError` for what no row slides along."""
     if on not in ways:
         what = f"{quote(on)} is no beam by modes and no rail of a body{did_you_mean(on, ways)}"
         raise row.fail("along", f"{what}: write modes = 3 in its entry of [{HEADING}], or BODY_RAIL")
-    is_stiffened = on in beams and beams[on].stiffening
+    is_stiffened = ways[on].is_stiffened
     if is_stiffened or len(ways[on].labels) > MOST_ALONG:
         what = "stiffening, which is not offered with a slide along it: leave it out"
         many = f"{len(ways[on].labels)} modes, more than {MOST_ALONG}: leave out those above a frequency by keep"

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.formats.modes_file import ModalBody, load
+from symoro_elastic.formats.modes_file import Interface, ModalBody, load
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type
 from symoro_elastic.formats.toml.modal_rows import MOVES, ROOT, Follower, Guideway, ModalRows, Rows
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.flexible import FlexibleBody
+from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
 from symoro_elastic.machine.names import did_you_mean, quote
 
 HEADING = "flexible"
@@ -54,6 +54,12 @@ KEEP = Key(
 DAMPING = Key(
     *("damping", keys.NUMBER, "damping ratio of every mode, with the joint held", "0.02"), otherwise="that of the file"
 )
+STIFFENING = Key(
+    *("stiffening", keys.TRUTH, "whether tension stiffens the body of a file from a mesh, and pressure weakens it"),
+    "true",
+    default=False,
+    otherwise="false",
+)
 MODES = Key(
     *("modes", keys.TEXTS, "elastic rows on the body that are its modes, in place of a file", '["bed_e1", "bed_e2"]'),
     otherwise="those of the file",
@@ -72,7 +78,7 @@ FLEXIBLE = Section(
     f"[{HEADING}]",
     "Bodies that bend, by the joint whose frame holds them: a file becomes rows NAME_e1, NAME_e2 ... of kind elastic, "
     "and a row NAME_INTERFACE for each interface of the file, which carries what names it as antecedent.",
-    (FILE, KEEP, DAMPING, MODES, *INTEGRALS),
+    (FILE, KEEP, DAMPING, STIFFENING, MODES, *INTEGRALS),
     "joint",
 )
 
@@ -98,6 +104,11 @@ def bodies_of_files(top: Table) -> dict[str, ModalBody]:
 
 def _chosen(entry: Table, body: ModalBody) -> ModalBody:
     """The body with the modes and the damping that its entry says."""
+    if not STIFFENING.read(entry):
+        body = body.without_foreshortening
+    elif body.Ct1 is None:
+        what = "the file has no foreshortening, which needs stresses: make it from a mesh, not from matrices"
+        raise entry.fail(STIFFENING.name, what)
     if KEEP.name in entry.entries:
         is_low = body.frequencies <= KEEP.read(entry)
         if not is_low.any():
@@ -112,7 +123,10 @@ def _chosen(entry: Table, body: ModalBody) -> ModalBody:
 
 def rows_of_body(name: str, body: ModalBody) -> Rows:
     """The rows of a body by modes below that which holds it."""
-    followers = [Follower(f"{name}_{key}", x.point, x.shift, x.turn, np.eye(3)) for key, x in body.interfaces.items()]
+    followers = [
+        Follower(f"{name}_{key}", x.point, x.shift, x.turn, np.eye(3), _shorter(x))
+        for key, x in body.interfaces.items()
+    ]
     sigmas = [1] * body.count
     return ModalRows(
         name, labels(name, body), sigmas, body.stiffness.tolist(), body.damping.tolist(), body.rigid, followers
@@ -124,7 +138,16 @@ def along_rail(name: str, key: str, body: ModalBody) -> Guideway:
     rail = body.rails[key]
     turned = {"shift": rail.shift @ rail.axes, "turn": rail.turn @ rail.axes}
     moves = {(what, k): turned[what][:, :, k].T.tolist() for what, k in MOVES}
-    return Guideway(name + ROOT, labels(name, body), moves, rail.length, rail.point, rail.axes, np.eye(3))
+    stiffened, names = body.Ct1 is not None, labels(name, body)
+    return Guideway(name + ROOT, names, moves, rail.length, rail.point, rail.axes, np.eye(3), stiffened)
+
+
+def _shorter(interface: Interface) -> list[tuple[str, int, Array]]:
+    """Foreshortening of an interface against x, y, z."""
+    if interface.shorter is None:
+        return []
+    against = without_rounding(-interface.shorter)
+    return [("shorter", axis, against[:, :, axis]) for axis in range(3)]
 
 
 def labels(name: str, body: ModalBody) -> list[str]:
@@ -134,7 +157,7 @@ def labels(name: str, body: ModalBody) -> list[str]:
 
 def body_of_file(name: str, body: ModalBody) -> FlexibleBody:
     """The flexible body of the rows of a file."""
-    return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals)
+    return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals, body.surface)
 
 
 def written_bodies(top: Table) -> Iterator[FlexibleBody]:
@@ -148,6 +171,9 @@ def written_bodies(top: Table) -> Iterator[FlexibleBody]:
         for key in (MODES, *INTEGRALS):
             if key.name not in entry.entries:
                 raise entry.fail(key.name, "is missing: give a file, or modes and their integrals")
+        for key in (KEEP, DAMPING, STIFFENING):
+            if key.name in entry.entries:
+                raise entry.fail(key.name, "belongs to a file of modes: leave it out, or give a file")
         modes = MODES.read(entry)
         for mode in modes:
             if mode not in rows:

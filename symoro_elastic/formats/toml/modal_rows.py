@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ TO_AXIS = (np.eye(3)[:, [1, 2, 0]], np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]
 MOVES = (("shift", 0), ("shift", 1), ("shift", 2), ("turn", 2), ("turn", 1), ("turn", 0))
 """Moves of what slides along a body, in their order."""
 LONGEST = 900
-"""Characters of a formula of the place; cells hold 1000."""
+"""Characters of a formula; a cell may have 1000."""
 UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -35,7 +35,7 @@ UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 class Follower:
     """A frame on a body: its row and its point at rest, how modes shift and turn it (m, 3), its axes (3, 3) at the end.
 
-    `shorter` are foreshortenings along x: e^T w e/2 by the label of their row.
+    `shorter` are foreshortenings against an axis: label of the row, axis, and w of e^T w e/2.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Follower:
     shift: Array
     turn: Array
     axes: Array
-    shorter: Mapping[str, Array] = field(default_factory=dict)
+    shorter: Sequence[tuple[str, int, Array]] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,23 +98,35 @@ class ModalRows:
         """Slides along x, y, z and turns about z, y, x of a frame: what, axis and formula."""
         point, shift, turn = map(without_rounding, (follower.point, follower.shift, follower.turn))
         for axis in range(3):
-            formula = _formula(shift[:, axis], self.labels)
-            at = repr(float(point[axis])) if point[axis] else ""
-            if at or formula:
-                yield "shift", axis, " + ".join(filter(None, (at, formula)))
-            for what, w in follower.shorter.items() if axis == 0 else ():
-                yield what, 0, f"-({_quadratic(w, self.labels)})"
+            at = [repr(float(point[axis]))] if point[axis] else []
+            yield from _parts("shift", axis, [*at, *_linear(shift[:, axis], self.labels)])
+            for what, along, w in follower.shorter:
+                if along == axis:
+                    for part, _, formula in _parts(what, axis, _quadratic(w, self.labels)):
+                        yield part, axis, f"-({formula})"
         for axis in (2, 1, 0):
-            if formula := _formula(turn[:, axis], self.labels):
-                yield "turn", axis, formula
+            yield from _parts("turn", axis, _linear(turn[:, axis], self.labels))
+
+
+def _parts(what: str, axis: int, terms: Iterable[str]) -> Iterator[tuple[str, int, str]]:
+    """Moves along or about one axis whose formulas add up to a sum; most often it is one."""
+    formulas: list[str] = []
+    for term in terms:
+        if formulas and len(formulas[-1]) + len(term) < LONGEST:
+            formulas[-1] += f" + {term}"
+        else:
+            formulas.append(term)
+    for k, formula in enumerate(formulas):
+        yield f"{what}{k + 1}" if k else what, axis, formula
 
 
 def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
     """The rows of a beam by modes below that of its root, and their bodies and springs by name."""
     root, modal = own_axes(beam), _of_beam(beam, values)
     kinds = {kind: np.array([mode.kind == kind for mode in modal.modes]) for kind in beam.bends}
-    both = {f"shorter_{kind}": np.where(np.outer(own, own), modal.shortening, 0.0) for kind, own in kinds.items()}
-    shorter = {label: w for label, w in both.items() if w.any()}
+    shorter = [
+        (f"shorter_{kind}", 0, np.where(np.outer(own, own), modal.shortening, 0.0)) for kind, own in kinds.items()
+    ]
     tip = Follower(beam.name + END, np.array([modal.length, 0, 0]), modal.tip, modal.turn, root, shorter)
     modes = modal.modes
     sigmas = [int(mode.kind != TORSION) for mode in modes]
@@ -139,6 +151,7 @@ class Guideway:
     point: Array
     axes: Array
     frame: Array
+    is_stiffened: bool = False
 
     def rows(self, name: str, own: Entries, place: str) -> list[Entries]:
         """The rows of a slide: its own, coupled rows of deflection and slope at its place, and a frame.
@@ -156,13 +169,12 @@ class Guideway:
         for (what, axis), polynomials in self.moves.items():
             pairs = zip(self.labels, polynomials, strict=True)
             terms = [f"{label}*({_at_place(x, place)})" for label, x in pairs if any(x)]
-            for k, formula in enumerate(_sums(terms), start=1):
+            for part, _, formula in _parts(what, axis, terms):
                 sigma, turned = int(what == "shift"), self.axes @ TO_AXIS[axis]
                 cells = displacement(axes, turned)
                 selected = SELECTED[sigma]
                 cells[selected] = " + ".join([formula, *([cells[selected]] if selected in cells else [])])
-                label = f"{name}_{what}_{'xyz'[axis]}{k if k > 1 else ''}"
-                rows.append({"name": label, "kind": "coupled", "sigma": sigma, **cells})
+                rows.append({"name": f"{name}_{part}_{'xyz'[axis]}", "kind": "coupled", "sigma": sigma, **cells})
                 axes = turned
         return [*rows, {"name": name + CARRIAGE, "kind": "fixed", **displacement(axes, self.frame)}]
 
@@ -172,7 +184,9 @@ def along_beam(beam: Beam, values: Mapping[str, float]) -> Guideway:
     modal = _of_beam(beam, values)
     moves = {(what, k): [_motion(mode, what, k, modal.length) for mode in modal.modes] for what, k in MOVES}
     root = beam.name + ROOT
-    return Guideway(root, _labels(beam, modal), moves, modal.length, np.zeros(3), np.eye(3), own_axes(beam))
+    return Guideway(
+        root, _labels(beam, modal), moves, modal.length, np.zeros(3), np.eye(3), own_axes(beam), beam.stiffening
+    )
 
 
 def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
@@ -184,17 +198,6 @@ def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
         return []
     shape = mode.shape if is_bar or what == "shift" else mode.shape.deriv() / length
     return [float(direction[axis] * c / length**k) for k, c in enumerate(shape.coef)]
-
-
-def _sums(terms: Iterable[str]) -> list[str]:
-    """Sums of terms, as many as formulas of a cell may hold: rows about or along one axis add up."""
-    sums: list[str] = []
-    for term in terms:
-        if sums and len(sums[-1]) + len(term) < LONGEST:
-            sums[-1] += f" + {term}"
-        else:
-            sums.append(term)
-    return sums
 
 
 def _at_place(coefficients: Sequence[float], place: str) -> str:
@@ -228,14 +231,14 @@ def _texts(numbers: Iterable[float]) -> list[str]:
     return [repr(x) for x in without_rounding(np.array([*numbers], dtype=float)).tolist()]
 
 
-def _formula(factors: Array, labels: Sequence[str]) -> str:
-    """A sum of factors times variables."""
+def _linear(factors: Array, labels: Sequence[str]) -> Iterator[str]:
+    """Terms of a sum of factors times variables."""
     pairs = zip(without_rounding(factors).tolist(), labels, strict=True)
-    return " + ".join(label if x == 1.0 else f"({x!r})*{label}" for x, label in pairs if x)
+    return (label if x == 1.0 else f"({x!r})*{label}" for x, label in pairs if x)
 
 
-def _quadratic(w: Array, labels: Sequence[str]) -> str:
-    """e^T w e/2 of a symmetric w, in variables."""
+def _quadratic(w: Array, labels: Sequence[str]) -> Iterator[str]:
+    """Terms of e^T w e/2 of a symmetric w, in variables."""
     pairs = ((k, m) for k in range(len(labels)) for m in range(k + 1))
     factors = ((k, m, float(w[k, m]) / (2 if m == k else 1)) for k, m in pairs)
-    return " + ".join(f"({x!r})*{labels[k]}*{labels[m]}" for k, m, x in factors if x)
+    return (f"({x!r})*{labels[k]}*{labels[m]}" for k, m, x in factors if x)

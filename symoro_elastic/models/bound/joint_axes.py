@@ -30,11 +30,12 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class PlacedJoint:
-    """Origin (m) and axis z of the frame of a joint, in frame 0; NaN where they depend on parameters without value."""
+    """Origin (m), axes z and x of a joint's frame, in frame 0; NaN where they depend on parameters without value."""
 
     joint: Joint
     origin: Point
     axis: Point
+    x: Point
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def placed_machine(machine: Machine, at: Mapping[str, float]) -> PlacedMachine:
     positions = {name: Formula.parse(x) for name, x in own.items() if not math.isnan(x)}
     tree = Tree(restrict(replace(machine, loops=()), Scene(locked=positions)))
     placements = frames(tree.mechanism)[1:]
-    leaves = [x for frame in placements for x in (*frame.origin, *frame.z)]
+    leaves = [x for frame in placements for x in (*frame.origin, *frame.z, *frame.rotation.T.x)]
     names = (*(parameter.name for parameter in machine.parameters), *machine.variables)
     value = evaluate(leaves, dict.fromkeys(names, math.nan) | values, FLOATS)
 
@@ -68,7 +69,7 @@ def placed_machine(machine: Machine, at: Mapping[str, float]) -> PlacedMachine:
         return x, y, z
 
     joints = zip(machine.joints, placements, strict=True)
-    axes = tuple(PlacedJoint(j, numbers(f.origin), numbers(f.z)) for j, f in joints)
+    axes = tuple(PlacedJoint(j, numbers(f.origin), numbers(f.z), numbers(f.rotation.T.x)) for j, f in joints)
     return PlacedMachine({**own, **_coupled_cells(machine, values, own)}, axes)
 
 

@@ -29,6 +29,7 @@ from symoro_elastic.numerics.motion.independent_joints import with_independent_m
 from symoro_elastic.pages.drawing.bars import Bar, bars_of
 from symoro_elastic.pages.drawing.joint_shapes import base_shapes, joint_shapes
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, inverse, transform
+from symoro_elastic.pages.drawing.skins import Skin, skins_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 
@@ -76,7 +77,7 @@ class Figure:
 
     title: str
     marks: tuple[Mark, ...]
-    shapes: tuple[Solid | Wire | Bar, ...]
+    shapes: tuple[Solid | Wire | Bar | Skin, ...]
     reference: Array
     antecedents: tuple[int, ...]
     slides: tuple[bool, ...]
@@ -102,6 +103,11 @@ class Figure:
         return tuple(shape for shape in self.shapes if isinstance(shape, Bar))
 
     @property
+    def skins(self) -> tuple[Skin, ...]:
+        """The surfaces of bodies by modes among the shapes."""
+        return tuple(shape for shape in self.shapes if isinstance(shape, Skin))
+
+    @property
     def is_crowded(self) -> bool:
         """Whether the frames are too many for names."""
         return len(self.marks) > MOST_NAMED
@@ -119,11 +125,13 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     bars = bars_of(machine, lambda: placements.at(np.where(springs, 0.0, q)), values)
     within = {j: bar for bar in bars for j in range(bar.root, bar.end + 1)}
     hidden = _rows_of_modes(machine) | {j for j, bar in within.items() if j != bar.end}
-    shapes: list[Solid | Wire | Bar] = [*bars] if _floats(machine) else [*base_shapes(up, unit), *bars]
+    skins = [*skins_of(machine)]
+    covered = {skin.root for skin in skins}
+    shapes: list[Solid | Wire | Bar | Skin] = [*([] if _floats(machine) else base_shapes(up, unit)), *bars, *skins]
     for j, joint in _enumerate_joints(machine):
         if joint.name not in COORDINATES and j not in {*hidden, *within}:
             shapes += joint_shapes(j, joint, T, unit)
-        if j in boxes and (j not in hidden or j not in within):
+        if j in boxes and (j not in hidden or j not in within) and j not in covered:
             shapes += [_body(T, j, boxes[j], unit)]
     return Figure(
         machine.name,

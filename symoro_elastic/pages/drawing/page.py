@@ -24,6 +24,7 @@ from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import render, template_folder
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.coarse_meshes import coarse_mesh
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.machine.described import BodyShape, DescribedMachine, limits_of
@@ -39,6 +40,7 @@ from symoro_elastic.pages.drawing.motions import Played, motions_data, round_sig
 from symoro_elastic.pages.drawing.palette import DARK, LIGHT, Palette
 from symoro_elastic.pages.drawing.projection import FACES, ROUND, view_of
 from symoro_elastic.pages.drawing.shapes import Solid, Wire
+from symoro_elastic.pages.drawing.skins import Skin
 from symoro_elastic.pages.drawing.svg import joint_counts, legend_of, picture_of, svg
 from symoro_elastic.pages.drawing.vibrations import ModeSet, mode_sets, modes_data
 
@@ -49,6 +51,7 @@ SCRIPTS = (
     "paint.js",
     "tubes.js",
     "bars.js",
+    "skins.js",
     "figure.js",
     "labels.js",
     "camera.js",
@@ -78,8 +81,6 @@ FARTHEST = 1e6
 """Of a point from its frame, m."""
 MOST_TRIANGLES = 8_000
 """Of a mesh on the page: finer ones are drawn on a grid."""
-COARSEST = 8
-"""Cells of a grid across a mesh, at least."""
 UP = 4
 """Folders above a file where the packages of its meshes may be."""
 
@@ -120,6 +121,7 @@ def page_data(page: ShownMachine) -> dict[str, Any]:
         "meshes": [mesh.data for mesh in page.meshes[0]],
         "wires": [_wire(wire) for wire in figure.wires],
         **({"bars": [_bar(bar) for bar in figure.bars]} if figure.bars else {}),
+        **({"skins": [_skin(skin) for skin in figure.skins]} if figure.skins else {}),
         "extent": round_significant(figure.extent),
         "unit": round_significant(figure.unit),
         "room": [round_significant(corner) for corner in figure.room],
@@ -192,6 +194,14 @@ def _bar(bar: Bar) -> dict[str, Any]:
         "steps": bar.steps,
         "springs": list(bar.springs),
     }
+
+
+def _skin(skin: Skin) -> dict[str, Any]:
+    """Points, triangles and modes as those of a mesh."""
+    surface = skin.surface
+    packed = Mesh(skin.root, surface.points, surface.triangles).data
+    modes = base64.b64encode(surface.modes.astype("<f4").tobytes()).decode()
+    return packed | {"rows": list(skin.rows), "springs": list(skin.springs), "modes": modes}
 
 
 def _wire(wire: Wire) -> dict[str, Any]:
@@ -421,23 +431,4 @@ def _read(path: Path) -> tuple[Array, Array] | None:
     points, triangles = np.asarray(read.vertices, dtype=float), np.asarray(read.faces)
     if not len(triangles) or not np.isfinite(points).all():
         return None
-    return _coarse(points, triangles)
-
-
-def _coarse(points: Array, triangles: Array) -> tuple[Array, Array]:
-    """Return a simplified mesh: points in one cell of a grid are merged at their mean.
-
-    The grid is the finest, by halving, on which few enough triangles keep three cells.
-    """
-    cells = 1024
-    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    while len(triangles) > MOST_TRIANGLES and cells >= COARSEST and size > 0:
-        _, number = np.unique(np.floor((points - low) / size * cells), axis=0, return_inverse=True)
-        number = number.reshape(-1)
-        counts = np.bincount(number)
-        points = np.stack([np.bincount(number, x) / counts for x in points.T], axis=1)
-        triangles = number[triangles]
-        a, b, c = triangles.T
-        triangles = triangles[(a != b) & (b != c) & (c != a)]
-        cells //= 2
-    return points, triangles
+    return coarse_mesh(points, triangles, MOST_TRIANGLES)

@@ -14,6 +14,7 @@ from symoro_elastic.pages.drawing.bars import BEAM, Bar
 from symoro_elastic.pages.drawing.figure import BODY, CORNERS, Figure
 from symoro_elastic.pages.drawing.joint_shapes import AXES
 from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip, transform
+from symoro_elastic.pages.drawing.skins import Skin
 
 ROUND = 24
 CIRCLE = np.array([[np.cos(2 * np.pi * k / ROUND), np.sin(2 * np.pi * k / ROUND), 0.0] for k in range(ROUND)])
@@ -84,12 +85,15 @@ class Projection:
         """Return the origins of named frames on paper, (N, 2) m."""
         return self.view.of(self.T[[mark.frame for mark in self.figure.marks], :3, 3])[:, :2]
 
-    def _project(self, shape: Solid | Wire | Bar) -> Iterator[Drawn]:
+    def _project(self, shape: Solid | Wire | Bar | Skin) -> Iterator[Drawn]:
         if isinstance(shape, Wire):
             yield self._line(shape)
             return
         if isinstance(shape, Bar):
             yield from self._bar(shape)
+            return
+        if isinstance(shape, Skin):
+            yield from self._skin(shape.coarse)
             return
         centred = self.T[shape.frame] @ shape.placement
         faces = {Shape.BOX: self._box, Shape.CYLINDER: self._cylinder, Shape.BALL: self._ball}[shape.shape]
@@ -142,6 +146,15 @@ class Projection:
         for points, normal in areas:
             shade = _shade(normal / (np.linalg.norm(normal) or 1.0))
             yield Drawn(bar.role, points[:, :2] * [1, -1], True, shade, LAYERS[bar.role], float(points[:, 2].mean()))
+
+    def _skin(self, skin: Skin) -> Iterator[Drawn]:
+        """The triangles towards the eye."""
+        corners = (skin.points(self.T) @ self.view.axes.T)[skin.surface.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        for points, normal in zip(corners, normals, strict=True):
+            if normal[2] > 0:
+                shade = _shade(normal / np.linalg.norm(normal))
+                yield Drawn(skin.role, points[:, :2] * [1, -1], True, shade, LAYERS[BEAM], float(points[:, 2].mean()))
 
     def _ball(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
         """The circle around a ball, and the direction to the eye."""

@@ -44,7 +44,7 @@ LEGEND = {
     "coupled": "coupled joint",
     "cut": "cut joint of a loop",
     BODY: "body (box of equal inertia, or ball)",
-    BEAM: "beam",
+    BEAM: "beam, or body by modes",
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.vibration.drawn_modes import DrawnMode, DrawnPoints, drawn_modes
+from symoro_elastic.analysis.vibration.drawn_modes import BentPoints, DrawnMode, DrawnPoints, drawn_modes
 from symoro_elastic.analysis.vibration.linearization import Linearization, with_motors
 from symoro_elastic.analysis.vibration.modes import (
     Modes,
@@ -61,9 +61,16 @@ def corners_of(figure: Figure) -> DrawnPoints:
     """Return the corners of all solids of a figure at its own placements, and those of beams at their stations."""
     corners = [(x.frame, x.placement, CORNERS * np.array(x.size)) for x in figure.solids]
     corners += [station for bar in figure.bars for station in bar.corners]
-    frames = np.repeat([j for j, _, _ in corners], [len(x) for _, _, x in corners]).astype(int)
-    points = np.concatenate([np.empty((0, 3)), *(transform(figure.reference[j] @ at, x) for j, at, x in corners)])
-    return DrawnPoints(points, frames, figure.reference[frames, :3, 3], figure.extent)
+    T, skins = figure.reference, [skin.coarse for skin in figure.skins]
+    parts = [(j, transform(T[j] @ at, x)) for j, at, x in corners] + [(skin.root, skin.points(T)) for skin in skins]
+    frames = np.repeat([j for j, _ in parts], [len(x) for _, x in parts]).astype(int)
+    points = np.concatenate([np.empty((0, 3)), *(x for _, x in parts)])
+    ends = np.cumsum([len(x) for _, x in parts])[len(corners) :]
+    bent = tuple(
+        BentPoints(range(end - len(skin.surface.points), end), skin.root, skin.rows, T[skin.root][:3, :3], skin.surface)
+        for end, skin in zip(ends.tolist(), skins, strict=True)
+    )
+    return DrawnPoints(points, frames, T[frames, :3, 3], figure.extent, bent)
 
 
 def changes_of(modal: Modes, mode: DrawnMode) -> Array:

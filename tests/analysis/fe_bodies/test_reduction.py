@@ -94,7 +94,7 @@ def test_matrices_give_the_body_of_the_mesh(model: FiniteElements, bar: str, tmp
         (tmp_path / name).write_bytes(stream.getvalue())
     lines = [f"{k},{','.join(map(repr, (1e3 * x).tolist()))}" for k, x in enumerate(model.x, start=1)]
     (tmp_path / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]))
-    where = {"mass": tmp_path / "M.mtx", "nodes": tmp_path / "nodes.csv", "scale": 1e-3}
+    where = {"mass": tmp_path / "M.mtx", "nodes": tmp_path / "nodes.csv", "scale": 1e-3, "mass_unit": "kg"}
     body = se.flexible(tmp_path / "K.mtx", "x=0", {"tip": "x=0.5"}, **where).body
     of_mesh_ = se.flexible(bar, "root", {"tip": "tip"}, material=SLENDER).body
     assert body.frequencies == pytest.approx(of_mesh_.frequencies, rel=1e-6)
@@ -164,3 +164,29 @@ def _npy(x: Array) -> bytes:
     stream = io.BytesIO()
     np.save(stream, x)
     return stream.getvalue()
+
+
+def test_a_rigid_interface_moves_as_one_body(model: FiniteElements) -> None:
+    """Its compliance is that of elements whose nodes at the tip are fixed to a frame there."""
+    held, tip = model.groups["root"], model.groups["tip"]
+    averaged, rigid = (modal_body(model, held, {"tip": tip}, 2, names) for names in ((), ("tip",)))
+    assert rigid.frequencies[0] > averaged.frequencies[0]
+    others = np.setdiff1d(np.arange(len(model.x)), [*held, *tip])
+    rows = (3 * others[:, None] + np.arange(3)).ravel()
+    at_tip = (3 * tip[:, None] + np.arange(3)).ravel()
+    arms = model.x[tip] - model.x[tip].mean(axis=0)
+    motions = np.vstack([np.hstack([np.eye(3), np.cross(np.eye(3), arm).T]) for arm in arms])
+    K = model.K.toarray()
+    coupled = K[np.ix_(rows, at_tip)] @ motions
+    held_off = K[np.ix_(rows, rows)]
+    stiffness = motions.T @ K[np.ix_(at_tip, at_tip)] @ motions - coupled.T @ np.linalg.solve(held_off, coupled)
+    exact = np.linalg.inv(stiffness)
+    assert rigid.compliance("tip") == pytest.approx(exact, rel=1e-6, abs=1e-8 * np.abs(exact).max())
+    assert rigid.about.endswith("rigid interface tip")
+
+
+def test_rigid_interfaces_are_apart(bar: str) -> None:
+    what = "is rigid and has nodes of the joint, or of another rigid interface"
+    assert what in _refused(lambda: se.flexible(bar, "root", {"tip": "root:rigid"}))
+    assert what in _refused(lambda: se.flexible(bar, "tip", {"a": "x=0:rigid", "b": "x=0:rigid"}))
+    assert se.flexible(bar, "root", {"tip": "tip:rigid"}).body.count == 12

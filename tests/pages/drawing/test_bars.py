@@ -143,7 +143,7 @@ def test_pictures_have_beams_and_their_ghosts() -> None:
         picture = picture_of(shown)
         areas = [part for part in picture.drawn if part.role == BEAM]
         assert len(areas) == (3 if section == SECTION else 2), "the sides towards the eye, or the outline, and an end"
-        assert (BEAM, "beam") in picture.legend
+        assert (BEAM, "beam, or body by modes") in picture.legend
         assert f'class="{BEAM} s' in svg(picture)
         ghosts = picture_of(shown, shown.reference, [np.eye(3)]).drawn
         assert sum(part.role == "ghost" for part in ghosts) >= len(areas)
