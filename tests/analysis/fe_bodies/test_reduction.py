@@ -169,7 +169,7 @@ def _npy(x: Array) -> bytes:
 def test_a_rigid_interface_moves_as_one_body(model: FiniteElements) -> None:
     """Its compliance is that of elements whose nodes at the tip are fixed to a frame there."""
     held, tip = model.groups["root"], model.groups["tip"]
-    averaged, rigid = (modal_body(model, held, {"tip": tip}, 2, names) for names in ((), ("tip",)))
+    averaged, rigid = (modal_body(model, held, {"tip": tip}, 2, rigid=names) for names in ((), ("tip",)))
     assert rigid.frequencies[0] > averaged.frequencies[0]
     others = np.setdiff1d(np.arange(len(model.x)), [*held, *tip])
     rows = (3 * others[:, None] + np.arange(3)).ravel()
