@@ -112,8 +112,8 @@ OF_TENSION = Key("EA", keys.FORMULA, "stiffness of tension", "4e7", otherwise="t
 OF_SHEAR = Key(
     "kGA",
     BENDING.type,
-    "stiffness in shear, or those of deflections in both directions across the beam, in the order of x, y, z; numbers, "
-    "as all of the beam then",
+    "stiffness in shear, or those of deflections in both directions across the beam, in the order of x, y, z; the "
+    "beam is given in numbers then",
     "[4e7, 3e7]",
     otherwise="with shear that of section",
     unit="N",
@@ -122,7 +122,7 @@ IN_SHEARING = Key(
     "shear",
     keys.TRUTH,
     "whether sections yield in shear (Timoshenko), by G and their area with the factor of Cowper (1966); half as many "
-    "slides NAME_shear_y1 ... as bending joints have this compliance. Sizes, lengths and E/G are numbers then",
+    "slides NAME_shear_y1 ... as bending joints have this compliance. The beam is given in numbers then",
     "true",
     default=False,
     otherwise="false, but with kGA",
