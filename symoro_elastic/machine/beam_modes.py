@@ -142,7 +142,7 @@ def _modes(
     direction = directions.get(kind, ALONG)
     shapes, softness = list(_shapes(is_bar, beam.modes_of(kind))), beam.softness.get(kind, 0.0)
     trial = [
-        _displacements(Mode(kind, _moved(p, softness), p.deriv(), direction, 0.0, 0.0), places, offsets, length)
+        _displacements(Mode(kind, _deflection(p, softness), p.deriv(), direction, 0.0, 0.0), places, offsets, length)
         for p in shapes
     ]
     M = np.einsum("i,kia,lia->kl", mass, trial, trial)
@@ -157,14 +157,14 @@ def _modes(
     modes = []
     for square, vector in zip(squares, (lower.T @ vectors).T, strict=True):
         bent = sum((c * p for c, p in zip(vector, shapes, strict=True)), Polynomial([0.0]))
-        moved = _moved(bent, softness)
+        moved = _deflection(bent, softness)
         tip = moved(1.0)
         stiffness = float(square / tip**2)
         modes.append(Mode(kind, moved / tip, (bent / tip).deriv(), direction, stiffness, damping * stiffness))
     return modes
 
 
-def _moved(bent: Polynomial, softness: float) -> Polynomial:
+def _deflection(bent: Polynomial, softness: float) -> Polynomial:
     """The deflection of the axis, by the shape whose slope is the turn of sections."""
     return bent - softness * (bent.deriv(2) - bent.deriv(2)(0.0))
 

@@ -98,7 +98,7 @@ def joints_along(rule: str, joints: int, is_bar: bool, line: Line) -> Joints:
         of = _of_equal_pieces if rule == EQUAL else _of_gauss
         places, shares = of(line, line.shear, max(1, joints // 2))
         start = Joints(bent, (places, tuple(line.softness * w for w in shares)))
-    return _fitted(line, is_bar, start) if rule == FITTED else start
+    return _of_least_errors(line, is_bar, start) if rule == FITTED else start
 
 
 def _of_equal_pieces(line: Line, quantity: str, joints: int) -> Rule:
@@ -182,7 +182,7 @@ class _Fit:
         return lambda damping: to_exact - free @ (v.T @ (s / (s**2 + damping**2) * r))
 
 
-def _fitted(line: Line, is_bar: bool, start: Joints) -> Joints:
+def _of_least_errors(line: Line, is_bar: bool, start: Joints) -> Joints:
     """Places and compliances of least errors, by Levenberg and Marquardt; last steps to exact moments."""
     fit, damping = _Fit(line, is_bar, start), 1.0
     z = np.concatenate([x for places, shares in (start.bent, start.slides) for x in (places, np.log(shares))])

@@ -438,7 +438,7 @@ def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
 
 
 def _by_direction(both: tuple[str, str], cells: Sequence[Formula]) -> dict[str, str]:
-    """Texts of two cells, or of one for both, by direction across the beam."""
+    """Texts of two cells, or the same text twice, by direction across the beam."""
     return dict(zip(sorted(both), [cell.text for cell in cells] * (3 - len(cells)), strict=True))
 
 
