@@ -24,8 +24,8 @@ from symoro_elastic.machine.beam_sections import AREA, AXIAL, TORSION, Profile
 Rule = tuple[tuple[float, ...], tuple[float, ...]]
 """Places of joints as fractions of the length, and fractions w of the compliance that it would have if uniform."""
 NO_JOINTS: Rule = ((), ())
-POLYNOMIALS = 16
-"""Terms of the beam itself on each piece: they give four frequencies of its differential equation within 1e-11."""
+POLYNOMIALS, FEWEST = 16, 8
+"""Terms on the piece of a beam of one, which give four frequencies within 1e-11, and on each of several pieces."""
 Body = tuple[float, float, float]
 """Mass, first moment along the beam, and inertia about the point that holds it, by those of the beam."""
 
@@ -183,9 +183,11 @@ def moving_joints(line: Line, is_bar: bool, joints: Joints) -> Moving:
 @lru_cache(maxsize=64)
 def moving_beam(line: Line, is_bar: bool) -> Moving:
     """A beam by the polynomials of its pieces."""
-    x, weights = nodes = line.profile.nodes((0.0, 1.0), 2 * POLYNOMIALS)
-    pieces = pairwise(line.profile.edges)
-    strain, once, twice = (np.vstack(parts) for parts in zip(*(_on_piece(x, *ends) for ends in pieces), strict=True))
+    pieces = list(pairwise(line.profile.edges))
+    terms = POLYNOMIALS if len(pieces) == 1 else FEWEST
+    x, weights = nodes = line.profile.nodes((0.0, 1.0), 2 * terms)
+    parts = [_on_piece(x, terms, *ends) for ends in pieces]
+    strain, once, twice = (np.vstack(own) for own in zip(*parts, strict=True))
     root = _root(strain, weights * line.profile.ratio(line.stiffness, x))
     if not line.softness:
         return Moving.of(line, is_bar, (once if is_bar else twice, once), nodes, root)
@@ -209,13 +211,13 @@ def slowness(line: Line, is_bar: bool) -> float:
     return float(first / uniform)
 
 
-def _on_piece(x: Array, start: float, end: float) -> tuple[Array, Array, Array]:
+def _on_piece(x: Array, terms: int, start: float, end: float) -> tuple[Array, Array, Array]:
     """Legendre polynomials on a piece, at nodes; their first and second integrals, at nodes and the end of the beam."""
     middle, half, at = (start + end) / 2, (end - start) / 2, np.append(x, 1.0)
     t = np.clip((at - middle) / half, -1, 1)
-    slope = legendre.legint(np.eye(POLYNOMIALS), lbnd=-1, scl=half, axis=1)
+    slope = legendre.legint(np.eye(terms), lbnd=-1, scl=half, axis=1)
     strain, once, twice = (
-        legendre.legval(t, c.T) for c in (np.eye(POLYNOMIALS), slope, legendre.legint(slope, lbnd=-1, scl=half, axis=1))
+        legendre.legval(t, c.T) for c in (np.eye(terms), slope, legendre.legint(slope, lbnd=-1, scl=half, axis=1))
     )
     inside = (start < x) & (x < end)
     return (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
 
@@ -68,36 +68,27 @@ TIPS = ((0.0, 0.0), (0.25, 0.0), (1.0, 0.0), (5.0, 0.0), (1.0, 0.01), (5.0, 0.1)
 WEIGHTS = (3.0, 2.0, 1.0, 1.0)
 """Of the errors of the first frequencies."""
 STEPS = 40
-"""Of the fit, at most: without shear it needs 5 to 10."""
+"""Of the fit, at most."""
 FACTOR, TRIALS = 5.0, 8
-"""Of a step that does not lower the errors, before the fit ends."""
+"""By which damping grows until a step lowers the errors, and how often before the fit ends."""
 ENOUGH = 2e-3
 """Part of the errors; a step that lowers them by less is the last."""
 LAST_STEPS = 4
 """To exact moments: each squares what is missing."""
-DAMPED = 1e-6
-"""Part of the largest singular value of the errors' slopes below which a direction is not followed."""
 DIFFERENCE = 1e-7
 """Step of the differences: of places by the length, and of logarithms of compliances."""
 
 
 @lru_cache(maxsize=256)
 def joints_along(rule: str, joints: int, is_bar: bool, line: Line) -> Joints:
-    """Places and compliance fractions of so many joints, and of slides in shear; `KeyError` where a rule has none."""
+    """Places and compliance fractions of so many joints, and of slides in shear."""
     if line.is_uniform:
         return Joints(places_of(rule, joints, is_bar))
-    if rule == EQUAL:
-        bent = _of_equal_pieces(line, line.stiffness, joints)
-    elif rule == GAUSS or joints in (FITTED_BARS if is_bar else FITTED_BENDING):
-        bent = _of_gauss(line, line.stiffness, joints)
-    else:
-        raise KeyError(joints)
-    if not line.softness:
-        start = Joints(bent)
-    else:
-        of = _of_equal_pieces if rule == EQUAL else _of_gauss
-        places, shares = of(line, line.shear, max(1, joints // 2))
-        start = Joints(bent, (places, tuple(line.softness * w for w in shares)))
+    rule_of = _of_equal_pieces if rule == EQUAL else _of_gauss
+    start = Joints(rule_of(line, line.stiffness, joints))
+    if line.softness:
+        places, fractions = rule_of(line, line.shear, max(1, joints // 2))
+        start = replace(start, slides=(places, tuple(line.softness * w for w in fractions)))
     return _of_least_errors(line, is_bar, start) if rule == FITTED else start
 
 
@@ -161,7 +152,7 @@ class _Fit:
         ours = self.frequencies(moving_joints(self.line, self.is_bar, self.joints(z)))
         return np.asarray(((ours - self.exact) * WEIGHTS[: self.count]).ravel())
 
-    def unbalanced(self, z: Array) -> Array:
+    def moment_errors(self, z: Array) -> Array:
         """Relative errors of the moments of the compliance."""
         return (np.divide(self.joints(z).moments, self.line.moments) - 1)[: 1 if self.is_bar else 3]
 
@@ -170,12 +161,12 @@ class _Fit:
         joints = self.joints(z)
         if any(np.any(np.diff([0.0, *places, 1.0]) <= 0) for places, _ in (joints.bent, joints.slides)):
             return math.inf
-        return float(np.linalg.norm(self.errors(z)) + np.linalg.norm(self.unbalanced(z)))
+        return float(np.linalg.norm(self.errors(z)) + np.linalg.norm(self.moment_errors(z)))
 
     def steps(self, z: Array) -> Callable[[float], Array]:
         """The step to exact moments, and along what keeps them to least errors, by its damping."""
-        G, J = _slopes(self.unbalanced, z), _slopes(self.errors, z)
-        to_exact = -np.linalg.lstsq(G, self.unbalanced(z), rcond=None)[0]
+        G, J = _slopes(self.moment_errors, z), _slopes(self.errors, z)
+        to_exact = -np.linalg.lstsq(G, self.moment_errors(z), rcond=None)[0]
         free = np.linalg.svd(G)[2][len(G) :].T
         u, s, v = np.linalg.svd(J @ free, full_matrices=False)
         r = u.T @ (self.errors(z) + J @ to_exact)
@@ -195,7 +186,7 @@ def _of_least_errors(line: Line, is_bar: bool, start: Joints) -> Joints:
             break
         z, merit = z + step(damping), lower
     for _ in range(LAST_STEPS):
-        z = z - np.linalg.lstsq(_slopes(fit.unbalanced, z), fit.unbalanced(z), rcond=None)[0]
+        z = z - np.linalg.lstsq(_slopes(fit.moment_errors, z), fit.moment_errors(z), rcond=None)[0]
     return fit.joints(z)
 
 

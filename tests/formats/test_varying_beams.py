@@ -208,6 +208,13 @@ def test_modes_of_a_short_beam(modes: int) -> None:
     np.testing.assert_allclose(compliance, beam.compliance, rtol=1e-6)
 
 
+@pytest.mark.parametrize("tip", [(0.5, 1e-4), (20.0, 0.05)])
+def test_four_joints_of_a_beam_of_three_times_its_section(tip: tuple[float, float]) -> None:
+    beam = Clamped(0.3, lambda _: section("bar", np.array([0.1, 0.06]), shear=True))
+    machine = read(f"length = 0.3, section = {{ bar = [0.1, 0.06] }}, G = {E / RATIO}, shear = true", *tip)
+    assert np.all(np.abs(se.modes(machine).frequencies[:2] / beam.frequencies(*tip, 2) - 1) < 2e-3)
+
+
 def test_shear_by_its_stiffness() -> None:
     """kGA, EI and mass_per_length as those of the section give its compliance."""
     s = section("rod", ROD, shear=True)

@@ -289,7 +289,7 @@ def _pieces(table: Table) -> list[Table]:
         if SECTION.name not in piece.entries:
             raise piece.fail(SECTION.name, "is missing")
     if not pieces:
-        raise table.fail(PIECES.name, "is empty: give length and section of each")
+        raise table.fail(PIECES.name, "is empty: give the length and the section of at least one piece")
     return pieces
 
 

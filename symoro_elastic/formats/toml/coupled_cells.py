@@ -81,8 +81,8 @@ def without_zeros(entry: Table, key: str, written: list[Any]) -> list[Any]:
         return written
     if not all(isinstance(row, list) and len(row) == SIX for row in written):
         raise entry.fail(key, "must be six numbers, or six rows of six: along x, y, z, about x, y, z")
-    others = (x for i, row in enumerate(written) for k, x in enumerate(row) if i != k)
-    is_diagonal = all(isinstance(x, int | Number) and float(x) == 0 for x in others)
+    off_diagonal = (x for i, row in enumerate(written) for k, x in enumerate(row) if i != k)
+    is_diagonal = all(isinstance(x, int | Number) and float(x) == 0 for x in off_diagonal)
     return [row[i] for i, row in enumerate(written)] if is_diagonal else written
 
 
