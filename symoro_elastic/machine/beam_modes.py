@@ -3,7 +3,9 @@
 Shapes are the static deflections under force and moment at the tip, xi^2 and xi^3 (xi of torsion and tension), and
 polynomials that vanish at both ends with their slopes, in place of the fixed-interface modes of Craig and Bampton.
 Combinations that are orthogonal in mass and stiffness are the modes, phi_k = 1 at the tip. Sections stay plane and
-turn by phi_k'. With stiffening a bent beam is shorter by s_kl = -int phi_k' phi_l' dx, so that tension stiffens it.
+turn by phi_k' without shear. With shear sections turn by p' of a shape p, and the axis moves by p - c (p'' - p''(0)),
+c = EI/(kGA L^2), as at rest. With stiffening a bent beam is shorter by s_kl = -int phi_k' phi_l' dx, so that tension
+stiffens it.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beams import AXIAL, TORSION, Beam
+from symoro_elastic.machine.beam_sections import AXIAL, TORSION
+from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.flexible import FlexibleBody, integrals_of, without_rounding
 from symoro_elastic.machine.formula import Formula
 
@@ -28,10 +31,14 @@ NODES = 32
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """A mode of deflection by the polynomial of xi = x/L, in its own direction (3,); stiffness and damping."""
+    """A mode of deflection by the polynomial of xi = x/L, in its own direction (3,); stiffness and damping.
+
+    `slope` is that of the turn of sections, by the length.
+    """
 
     kind: str
     shape: Polynomial
+    slope: Polynomial
     direction: Array
     stiffness: float
     damping: float
@@ -40,7 +47,7 @@ class Mode:
         """Turns (n, 3) of sections per unit of e."""
         if self.kind in (TORSION, AXIAL):
             return np.outer(self.shape(xi) * (self.kind == TORSION), ALONG)
-        return np.outer(self.shape.deriv()(xi) / length, np.cross(ALONG, self.direction))
+        return np.outer(self.slope(xi) / length, np.cross(ALONG, self.direction))
 
     def shift(self, xi: Array) -> Array:
         """Displacements (n, 3) of the axis per unit of e."""
@@ -133,21 +140,33 @@ def _modes(
     mass, places, offsets = points
     is_bar = kind in (TORSION, AXIAL)
     direction = directions.get(kind, ALONG)
-    shapes = list(_shapes(is_bar, beam.modes_of(kind)))
-    trial = [_displacements(Mode(kind, shape, direction, 0.0, 0.0), places, offsets, length) for shape in shapes]
+    shapes, softness = list(_shapes(is_bar, beam.modes_of(kind))), beam.softness.get(kind, 0.0)
+    trial = [
+        _displacements(Mode(kind, _deflection(p, softness), p.deriv(), direction, 0.0, 0.0), places, offsets, length)
+        for p in shapes
+    ]
     M = np.einsum("i,kia,lia->kl", mass, trial, trial)
-    strains = [shape.deriv(1 if is_bar else 2) for shape in shapes]
+    strains = [p.deriv(1 if is_bar else 2) for p in shapes]
     scale = Formula.parse(beam.stiffness[kind]).value(values) / length ** (1 if is_bar else 3)
     K = scale * np.array([[_integral(a * b) for b in strains] for a in strains])
+    if softness:
+        K += scale * softness * np.array([[_integral(a.deriv() * b.deriv()) for b in strains] for a in strains])
     lower = np.linalg.inv(np.linalg.cholesky(M))
     squares, vectors = np.linalg.eigh(lower @ K @ lower.T)
     damping = 2 * Formula.parse(beam.damping).value(values) / math.sqrt(squares[0])
     modes = []
     for square, vector in zip(squares, (lower.T @ vectors).T, strict=True):
-        shape = sum((c * shape for c, shape in zip(vector, shapes, strict=True)), Polynomial([0.0]))
-        stiffness = float(square / shape(1.0) ** 2)
-        modes.append(Mode(kind, shape / shape(1.0), direction, stiffness, damping * stiffness))
+        bent = sum((c * p for c, p in zip(vector, shapes, strict=True)), Polynomial([0.0]))
+        moved = _deflection(bent, softness)
+        tip = moved(1.0)
+        stiffness = float(square / tip**2)
+        modes.append(Mode(kind, moved / tip, (bent / tip).deriv(), direction, stiffness, damping * stiffness))
     return modes
+
+
+def _deflection(bent: Polynomial, softness: float) -> Polynomial:
+    """The deflection of the axis, by the shape whose slope is the turn of sections."""
+    return bent - softness * (bent.deriv(2) - bent.deriv(2)(0.0))
 
 
 def _shapes(is_bar: bool, count: int) -> Iterator[Polynomial]:

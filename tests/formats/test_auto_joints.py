@@ -11,8 +11,9 @@ import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.auto_joints import bodies_beside
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beam_errors import Bending, bending_of
-from symoro_elastic.machine.beams import places_of
+from symoro_elastic.machine.beam_deflections import Bending, Joints
+from symoro_elastic.machine.beam_errors import bending_of
+from symoro_elastic.machine.beam_places import places_of
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.views import beams_json
@@ -62,7 +63,7 @@ tip = {{ mass = {mass!r}, center_of_mass = [0, 0, 0], inertia = [{inertia!r}, {i
 
 @pytest.mark.parametrize("tip", TIPS)
 def test_frequencies_without_joints_are_those_of_the_equation(tip: tuple[float, float]) -> None:
-    beam, bar = Bending("y", 1.0, 0.0, (tip[0], 0.0, tip[1])), Bending("axial", 1.0, 0.0, (tip[0], 0.0, 0.0))
+    beam, bar = Bending("y", 1.0, (tip[0], 0.0, tip[1])), Bending("axial", 1.0, (tip[0], 0.0, 0.0))
     np.testing.assert_allclose(beam.exact[:4], clamped_beam(*tip, 4), rtol=1e-11)
     np.testing.assert_allclose(bar.exact[:4], clamped_bar(tip[0], 4), rtol=1e-11)
 
@@ -77,7 +78,7 @@ def test_predicted_errors_are_those_of_the_machine(seed: int) -> None:
     machine = drawn.read(f'rule = "{rule}", joints = {joints}')
     (beam,) = machine.origin.beams
     (kind,) = bending_of(beam, {}, *bodies_beside(machine, beam, {}))
-    predicted = kind.error(places_of(rule, joints, is_bar=False), highest)
+    predicted = kind.error(Joints(places_of(rule, joints, is_bar=False)), highest)
     measured = drawn.errors(f'rule = "{rule}", joints = {joints}', highest).max()
     compliance = se.stiffness(machine, frame="tip").compliance.diagonal()[:3].max() * 3 * drawn.EI / drawn.length**3
     assert predicted == pytest.approx(max(measured, abs(compliance - 1)), rel=1e-4)
@@ -128,7 +129,7 @@ def test_what_is_carried_off_the_axis_counts() -> None:
         assert carried[3, 3] == 4
         assert hub is None, "a motor holds it"
         (kind,) = bending_of(beam, {"L": 1.2}, carried, hub)
-        ours = kind.of_joints(beam.places(bends))
+        ours = kind.of_joints(beam.joints_of(bends))
         np.testing.assert_allclose(ours, se.modes(machine, hold=["all"]).frequencies, rtol=1e-9)
 
 
@@ -156,7 +157,7 @@ tip = { mass = 0.5, center_of_mass = [0.1, 0, 0], inertia = [0, 0, 0.02] }
     clamped, free = bending_of(beam, {}, *bodies_beside(machine, beam, {}))
     assert clamped.hub is None
     found = se.modes(machine).frequencies
-    ours = free.of_joints(beam.places("y"))
+    ours = free.of_joints(beam.joints_of("y"))
     np.testing.assert_allclose(ours, found[found > 1e-3 * ours[0]], rtol=1e-9)
     assert ours[:2] == pytest.approx(free.exact[:2], rel=5e-3)
     bare = replace(free, hertz=1.0, tip=(0.0, 0.0, 0.0), hub=(0.0, 0.0, 0.0))

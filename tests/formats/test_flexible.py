@@ -102,7 +102,7 @@ def test_the_schema_has_cells() -> None:
         (", 2e5]", "]", "joint 2 (carriage), stiffness: must be a list of six: along x, y, z, about x, y, z"),
         ("damping = [1, 2, 3, 4, 5, 6]", "damping = 3", "joint 2 (carriage), damping: must be a list of six"),
         ("damping = [1, 2, 3, 4, 5, 6]", "backlash = 3", "joint 2 (carriage), backlash: a cell of six springs has"),
-        ("damping = [1, 2, 3, 4, 5, 6]", "neutral = [[1]]", "neutral: a matrix couples directions"),
+        ("damping = [1, 2, 3, 4, 5, 6]", "neutral = [[1]]", "neutral: must be a list of six"),
         ("stiffness = ", "neutral = ", "joint 2 (carriage), stiffness: is missing: write carriage = { stiffness"),
         ('["30 N/um", 5e7, 9e7, 4e5, 7e5, 2e5]', "[inf, inf, inf, inf, inf, inf]", "all directions are held"),
         ("[springs]", "[motors]\ncarriage = { rotor_inertia = 1 }\n[springs]", "motors: a cell of six springs has"),

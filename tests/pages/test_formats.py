@@ -82,6 +82,9 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})
         yield from of_motion(top)
+    page = (ROOT / "docs" / "flexible.md").read_text(encoding="utf-8").split("## Tapered beams", 1)[1]
+    for entry in tomllib.loads(page.split("```toml", 1)[1].split("```", 1)[0])["beams"].values():
+        yield BEAMS, entry
     written = tomllib.loads(write(read_machine(EXAMPLES / "flexible_arm.toml")[0]))
     yield from ((FLEXIBLE, entry) for entry in written["flexible"].values())
     yield SCENE, used("scenes/tool.toml") | used("scenes/puma_within.toml")

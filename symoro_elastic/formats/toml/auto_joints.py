@@ -13,7 +13,8 @@ from symoro_elastic.formats.toml.flexible import place_of_row
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beam_errors import bending_of, errors_by_joints
-from symoro_elastic.machine.beams import RULES, Beam
+from symoro_elastic.machine.beam_places import RULES
+from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Body, Kind
 

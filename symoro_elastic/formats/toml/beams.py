@@ -6,7 +6,7 @@ u is the direction of the beam, v and w those across it, in the order of a right
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -18,20 +18,9 @@ from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beams import (
-    AXIAL,
-    FITTED,
-    FITTED_BENDING,
-    MOST_JOINTS,
-    MOST_MODES,
-    RULES,
-    SIZES,
-    TORSION,
-    TRANSVERSE,
-    Beam,
-    product,
-    section_of,
-)
+from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS, RULES
+from symoro_elastic.machine.beam_sections import AXIAL, SIZES, TORSION, Piece, Profile, operand, product, section_of
+from symoro_elastic.machine.beams import IN_SHEAR, MOST_MODES, TRANSVERSE, Beam
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -77,18 +66,35 @@ def _list(title: str, length: int) -> Mapping[str, Any]:
 _SIZES = {kind: reference_to("formula") if n == 1 else _list("formula", n) for kind, n in SIZES.items()}
 SIGNED = tuple(sign + axis for axis in TRANSVERSE for sign in ("", "-"))
 ALONG = Key("along", one_of(SIGNED), "direction of the beam, in the frame of its row", '"x"')
-LENGTH = Key("length", keys.FORMULA, "length of the beam", '"1.2 m"', unit="m")
+LENGTH = Key(
+    "length", keys.FORMULA, "length of the beam, or of the piece", '"1.2 m"', otherwise="that of pieces", unit="m"
+)
+OF_SECTION = Type(
+    "table of a section",
+    {"type": "object", "properties": _SIZES, "additionalProperties": False, "minProperties": 1, "maxProperties": 1},
+    _sizes,
+)
 SECTION = Key(
     "section",
-    Type(
-        "table of a section",
-        {"type": "object", "properties": _SIZES, "additionalProperties": False, "minProperties": 1, "maxProperties": 1},
-        _sizes,
-    ),
+    OF_SECTION,
     "section: rod, its diameter; tube, outer and inner diameter; bar, its two sides; box, its two sides and its wall. "
     "Sides are along those of x, y, z that are across the beam, in this order",
     '{ tube = ["120 mm", 0.1] }',
     otherwise="EI, GJ, EA and mass_per_length instead",
+)
+END_SECTION = Key(
+    "end_section",
+    OF_SECTION,
+    "section at the end, of the same kind: sizes are numbers, and change linearly in between",
+    '{ tube = ["80 mm", 0.07] }',
+    otherwise="section",
+)
+PIECES = Key(
+    "pieces",
+    Section("pieces", "", (LENGTH, SECTION, END_SECTION), rows=True).type,
+    "pieces of the beam from its root, each with length, section and end_section, in numbers, in place of the beam's",
+    "[{ length = 0.5, section = { rod = 0.1 } }, { length = 0.3, section = { rod = 0.08 } }]",
+    otherwise="length and section",
 )
 MODULUS = Key("E", keys.FORMULA, "modulus of elasticity", '"210 GPa"', otherwise="needed with section", unit="N/m2")
 SHEAR = Key("G", keys.FORMULA, "shear modulus, for torsion", '"81 GPa"', otherwise="E/2.6", unit="N/m2")
@@ -103,6 +109,24 @@ BENDING = Key(
 )
 OF_TORSION = Key("GJ", keys.FORMULA, "stiffness of torsion", "3e3", otherwise="that of section", unit="N m2")
 OF_TENSION = Key("EA", keys.FORMULA, "stiffness of tension", "4e7", otherwise="that of section", unit="N")
+OF_SHEAR = Key(
+    "kGA",
+    BENDING.type,
+    "stiffness in shear, or those of deflections in both directions across the beam, in the order of x, y, z; the "
+    "beam is given in numbers then",
+    "[4e7, 3e7]",
+    otherwise="with shear that of section",
+    unit="N",
+)
+IN_SHEARING = Key(
+    "shear",
+    keys.TRUTH,
+    "whether sections yield in shear (Timoshenko), by G and their area with the factor of Cowper (1966); half as many "
+    "slides NAME_shear_y1 ... as bending joints have this compliance. The beam is given in numbers then",
+    "true",
+    default=False,
+    otherwise="false, but with kGA",
+)
 LINE_MASS = Key("mass_per_length", keys.FORMULA, "mass per length", "12", otherwise="that of section", unit="kg/m")
 LINE_INERTIA = Key(
     *("inertia_per_length", keys.FORMULA, "inertia about the axis of the beam, per length", "0.02"),
@@ -166,12 +190,25 @@ BENDS = Key(
 )
 BEAMS = Section(
     "[beams]",
-    "Uniform beams, by the joint whose frame the root is fixed to. What that joint carries, and frames on it, are at "
+    "Beams, by the joint whose frame the root is fixed to. What that joint carries, and frames on it, are at "
     f"the end of the beam, the row NAME{END}; its body, motor and limits stay at the root. A beam becomes "
     "rows NAME_y1, NAME_z1, NAME_torsion1 ... of kind elastic, with rigid pieces between them.",
     (
-        *(ALONG, LENGTH, SECTION, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA),
-        *(DAMPING, JOINTS, UP_TO, TOLERANCE, RULE, MODES, STIFFENING, BENDS),
+        *(ALONG, LENGTH, SECTION, END_SECTION, PIECES, MODULUS, SHEAR, DENSITY, BENDING, OF_TORSION, OF_TENSION),
+        *(
+            OF_SHEAR,
+            IN_SHEARING,
+            LINE_MASS,
+            LINE_INERTIA,
+            DAMPING,
+            JOINTS,
+            UP_TO,
+            TOLERANCE,
+            RULE,
+            MODES,
+            STIFFENING,
+            BENDS,
+        ),
     ),
     "joint",
 )
@@ -188,10 +225,12 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     """
     table.only(BEAMS.names)
     _refuse_values(table, values)
-    along, length = ALONG.read(table), LENGTH.read(table)
+    along, pieces = ALONG.read(table), _pieces(table)
     both = TRANSVERSE[along[-1]]
-    is_by_section = SECTION.name in table.entries
-    stiffness, mass, inertia = _of_section(table, both, values) if is_by_section else _of_cells(table, both)
+    is_by_section = SECTION.name in pieces[0].entries
+    length, profile = _profile(table, pieces, values)
+    properties = _of_section(table, pieces[0], both, values) if is_by_section else _of_cells(table, both)
+    stiffness, mass, inertia, shear = properties
     usual = tuple(kind for kind in (*sorted(both), TORSION) if kind in stiffness)
     bends = tuple(dict.fromkeys(BENDS.read(table, usual)))
     for kind in bends:
@@ -209,16 +248,84 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
         raise table.fail(JOINTS.name, f"{joints} is not from {least} to {most}, which the rule {rule} has{way}")
     inertia = {TORSION: "0", **dict.fromkeys(both, "0"), **inertia}
     damping = DAMPING.read(table).text
-    doubts = tuple(_doubts(table, values)) if is_by_section else ()
-    kind, sizes = SECTION.read(table) if is_by_section else ("", ())
+    doubts = tuple(_doubts(table, pieces, length, values)) if is_by_section else ()
+    kind, sizes = SECTION.read(pieces[0]) if is_by_section else ("", ())
     section = (kind, tuple(size.text for size in sizes))
     numbers = (stiffness, mass, inertia, damping, rule, joints, bends, doubts, modes, stiffening)
-    beam = Beam(name, along, length.text, *numbers, section=section)
+    beam = Beam(name, along, length, *numbers, section=section, profile=profile, shear=shear)
+    if modes and profile.pieces:
+        raise table.fail(MODES.name, "modes are those of uniform beams: write joints for others")
     names = sorted({x for text in beam.cells for x in Formula.parse(text).names} - {"pi"}) if modes else []
     if names:
         what = f"modes are numbers of the file, and {quote(names[0])} is a name: write its value, or joints"
         raise table.fail(MODES.name, what)
-    return beam
+    return _with_shear(table, beam) if shear else beam
+
+
+def _with_shear(table: Table, beam: Beam) -> Beam:
+    """The beam with the numbers that the places of its slides depend on; raises `InputError` where they have names."""
+    square = f"{operand(beam.length)}^2"
+    softness = {x: product(beam.stiffness[x], over=(shear, square)) for x, shear in beam.shear.items()}
+    gyration = {x: product(beam.inertia[x], over=(beam.mass, square)) for x in beam.shear}
+    for text in (*softness.values(), *gyration.values()):
+        for name in sorted(Formula.parse(text).names):
+            what = f"with shear, places of joints follow from numbers, and {quote(name)} is a name: write its value"
+            raise table.fail(IN_SHEARING.name if IN_SHEARING.name in table.entries else OF_SHEAR.name, what)
+    both = ({kind: Formula.parse(text).value() for kind, text in texts.items()} for texts in (softness, gyration))
+    of_shear, of_section = both
+    return replace(beam, softness=of_shear, gyration=of_section)
+
+
+def _pieces(table: Table) -> list[Table]:
+    """Tables with length and section: those of the pieces, or that of the beam."""
+    if PIECES.name not in table.entries:
+        return [table]
+    for key in (LENGTH, SECTION, END_SECTION):
+        if key.name in table.entries:
+            raise table.fail(key.name, "follows from the pieces: leave one of them out")
+    pieces = [replace(piece, place=f"{table.place}, piece {k}") for k, piece in enumerate(PIECES.read(table), start=1)]
+    for piece in pieces:
+        piece.only((LENGTH.name, SECTION.name, END_SECTION.name))
+        if SECTION.name not in piece.entries:
+            raise piece.fail(SECTION.name, "is missing")
+    if not pieces:
+        raise table.fail(PIECES.name, "is empty: give the length and the section of at least one piece")
+    return pieces
+
+
+def _profile(table: Table, pieces: list[Table], values: Mapping[str, float]) -> tuple[str, Profile]:
+    """Length of a beam, and how its sections change."""
+    for piece in pieces:
+        if LENGTH.name not in piece.entries:
+            raise piece.fail(LENGTH.name, "is missing")
+        _refuse_values(piece, values)
+    if PIECES.name not in table.entries and END_SECTION.name not in table.entries:
+        return LENGTH.read(table).text, Profile()
+    if SECTION.name not in pieces[0].entries:
+        raise table.fail(END_SECTION.name, "needs a section: give that of the root")
+    lengths = [LENGTH.read(piece) for piece in pieces]
+    numbers = [_numbers(x, LENGTH, [y])[0] for x, y in zip(pieces, lengths, strict=True) if len(pieces) > 1] or [1.0]
+    ends, parts = np.cumsum(numbers) / sum(numbers), list[Piece]()
+    for end, piece in zip([*ends[:-1], 1.0], pieces, strict=True):
+        kind, first = SECTION.read(piece)
+        last_kind, last = END_SECTION.read(piece) if END_SECTION.name in piece.entries else (kind, first)
+        if last_kind != kind:
+            raise piece.fail(END_SECTION.name, f"is a {last_kind}, and the section is a {kind}: they need one kind")
+        both = [_numbers(piece, key, x) for key, x in ((SECTION, first), (END_SECTION, last))]
+        for key, sizes in zip((SECTION, END_SECTION), both, strict=True):
+            if fault := _fault_of_section(kind, [*sizes]):
+                raise piece.fail(key.name, fault)
+        parts.append(Piece(float(end), kind, *both))
+    return lengths[0].text if len(lengths) == 1 else f"{sum(numbers):.15g}", Profile(tuple(parts))
+
+
+def _numbers(table: Table, key: Key, cells: Sequence[Formula]) -> tuple[float, ...]:
+    """Values of cells that hold no name."""
+    for cell in cells:
+        for name in sorted(cell.names):
+            what = f"{quote(name)} is a name, and sections that change are numbers of the file: write its value"
+            raise table.fail(key.name, what)
+    return tuple(cell.value() for cell in cells)
 
 
 def _modes(table: Table) -> tuple[int, bool]:
@@ -250,19 +357,19 @@ def _refuse_values(table: Table, values: Mapping[str, float]) -> None:
                     )
 
 
-Properties = tuple[dict[str, str], str, dict[str, str]]
-"""Stiffness by kind of deflection, mass per length, inertia per length."""
+Properties = tuple[dict[str, str], str, dict[str, str], dict[str, str]]
+"""Stiffness by kind of deflection, mass per length, inertia per length, stiffness in shear by direction."""
 
 
-def _of_section(table: Table, both: tuple[str, str], values: Mapping[str, float]) -> Properties:
-    """Properties of a beam by its section, E, G and density."""
-    for key in (BENDING, OF_TORSION, OF_TENSION, LINE_MASS, LINE_INERTIA):
+def _of_section(table: Table, piece: Table, both: tuple[str, str], values: Mapping[str, float]) -> Properties:
+    """Properties of a beam by the section of its first piece, E, G and density."""
+    for key in (BENDING, OF_TORSION, OF_TENSION, OF_SHEAR, LINE_MASS, LINE_INERTIA):
         if key.name in table.entries:
             raise table.fail(key.name, "follows from the section: leave one of them out")
-    kind, sizes = SECTION.read(table)
+    kind, sizes = SECTION.read(piece)
     numbers = [size.known_value(values) for size in sizes]
     if fault := _fault_of_section(kind, numbers):
-        raise table.fail(SECTION.name, fault)
+        raise piece.fail(SECTION.name, fault)
     for key in (MODULUS, DENSITY):
         if key.name not in table.entries:
             raise table.fail(key.name, "is missing, which the section needs")
@@ -275,19 +382,21 @@ def _of_section(table: Table, both: tuple[str, str], values: Mapping[str, float]
     inertia = {axis: product(density, square) for axis, square in squares.items()}
     polar = product(density, " + ".join(section.squares))
     more = {TORSION: product(G, section.torsion), AXIAL: product(E, section.area)}
-    return {**stiffness, **more}, product(density, section.area), {**inertia, TORSION: polar}
+    areas = zip(sorted(both), section.shear, strict=True) if IN_SHEARING.read(table) else ()
+    shear = {axis: product(G, area) for axis, area in areas}
+    return {**stiffness, **more}, product(density, section.area), {**inertia, TORSION: polar}, shear
 
 
-def _doubts(table: Table, values: Mapping[str, float]) -> Iterator[str]:
+def _doubts(table: Table, pieces: list[Table], text: str, values: Mapping[str, float]) -> Iterator[str]:
     """Implausible numbers of a beam with a section, as those in mm, MPa and t/mm3 are without their units."""
     for key, (low, high), likely in ((MODULUS, STIFF, "MPa"), (DENSITY, DENSE, "t/mm3")):
         value = key.read(table).known_value(values)
         if value is not None and not low <= value <= high:
             yield f'{key.name} = {value:g} {key.unit} is no solid\'s; write the unit, as "{value:g} {likely}", if meant'
-    length, (_, sizes) = LENGTH.read(table).known_value(values), SECTION.read(table)
-    widest = max(size.known_value(values) or 0.0 for size in sizes)
-    if length is not None and length < SLENDER * widest:
-        what = "shear, which is left out, lowers its frequencies"
+    length = Formula.parse(text).known_value(values)
+    widest = max(size.known_value(values) or 0.0 for piece in pieces for size in SECTION.read(piece)[1])
+    if length is not None and length < SLENDER * widest and not IN_SHEARING.read(table):
+        what = "shear, which is left out (shear = true), lowers its frequencies"
         yield f"length {length:g} m is below {SLENDER} times the size {widest:g} m of the section: {what}; units in mm?"
 
 
@@ -315,15 +424,22 @@ def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
     for key in (BENDING, LINE_MASS):
         if key.name not in table.entries:
             raise table.fail(key.name, "is missing: give it, or a section with E and density")
-    bending = [cell.text for cell in BENDING.read(table)]
-    stiffness = dict(zip(sorted(both), bending if len(bending) == 2 else bending * 2, strict=True))
+    stiffness = _by_direction(both, BENDING.read(table))
+    shear = _by_direction(both, OF_SHEAR.read(table)) if OF_SHEAR.name in table.entries else {}
+    if IN_SHEARING.read(table) and not shear:
+        raise table.fail(IN_SHEARING.name, "needs a section, or kGA")
     stiffness |= {
         kind: key.read(table).text
         for kind, key in ((TORSION, OF_TORSION), (AXIAL, OF_TENSION))
         if key.name in table.entries
     }
     inertia = {TORSION: LINE_INERTIA.read(table).text} if LINE_INERTIA.name in table.entries else {}
-    return stiffness, LINE_MASS.read(table).text, inertia
+    return stiffness, LINE_MASS.read(table).text, inertia, shear
+
+
+def _by_direction(both: tuple[str, str], cells: Sequence[Formula]) -> dict[str, str]:
+    """Texts of two cells, or the same text twice, by direction across the beam."""
+    return dict(zip(sorted(both), [cell.text for cell in cells] * (3 - len(cells)), strict=True))
 
 
 def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
@@ -331,6 +447,7 @@ def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
     first, second = beam.transverse
     root = own_axes(beam)
     frames = {first: np.eye(3), second: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
+    frames |= {IN_SHEAR + first: frames[second], IN_SHEAR + second: frames[first]}
     frames |= dict.fromkeys((TORSION, AXIAL), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
     rows = [{"name": f"{beam.name}_root", "kind": "fixed", **displacement(root, np.eye(3))}]
     bodies, springs = dict[str, Entries](), dict[str, Entries]()
@@ -342,7 +459,7 @@ def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
         cells = displacement(axes, new, product(place - last, beam.length) if place > last else "")
         axes, last = new, place
         if kind:
-            sigma = int(kind == AXIAL)
+            sigma = int(kind == AXIAL or kind.startswith(IN_SHEAR))
             own = SELECTED[sigma]
             cells = {
                 "kind": "elastic",
@@ -366,7 +483,7 @@ def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:
     """Place, name, kind and compliance fraction of the joints, from the root to the end."""
     joints = (
         (place, f"{beam.name}_{kind}{k}", kind, share)
-        for kind in beam.bends
+        for kind in beam.kinds
         for k, (place, share) in enumerate(zip(*beam.places(kind), strict=True), start=1)
     )
     yield from sorted(joints, key=lambda joint: joint[0])
@@ -374,8 +491,7 @@ def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:
 
 def _body(beam: Beam, axes: Array, start: float, end: float) -> Entries:
     """The rigid piece between two places, in the frame at the first of them."""
-    mass, about = beam.piece(start, end)
-    center = product((end - start) / 2, beam.length)
+    mass, center, about = beam.piece(start, end)
     return {
         "mass": mass,
         "center_of_mass": [center if axis[0] else "0" for axis in axes.T],

@@ -14,6 +14,7 @@ import numpy as np
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
+from symoro_elastic.formats.toml.coupled_cells import CoupledCell, is_coupled, without_zeros
 from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.flexible_bodies import (
     along_rail,
@@ -258,7 +259,10 @@ def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
 def _cell(top: Table, row: Table) -> Part:
     """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
     name = row.text("name")
-    stiffness, *others = _springs(top, row)
+    entry, lists = _springs(top, row)
+    if is_coupled(lists):
+        return _coupled_cell(row, CoupledCell.of(entry, lists))
+    stiffness, *others = lists.values()
     is_held = [isinstance(x, Number) and "inf" in x for x in stiffness]
     rows = [{"name": f"{name}_seat", "kind": "fixed", **_seat(row)}] if _seat(row) else []
     springs: dict[str, Entries] = {name: {}}
@@ -278,12 +282,32 @@ def _cell(top: Table, row: Table) -> Part:
     return Part(name, ({**rows[0], **first}, *rows[1:]), {"springs": springs})
 
 
+def _coupled_cell(row: Table, cell: CoupledCell) -> Part:
+    """The rows of a cell whose springs couple directions: its coordinates, and rows that follow them."""
+    name, seat = row.text("name"), row.text("name") + "_seat"
+    labels = [f"{name}_e{k}" for k in range(1, len(cell.free) + 1)]
+    first = {"antecedent": row.entries["antecedent"]} if "antecedent" in row.entries else {}
+    rows = [{"name": seat, "kind": "fixed", **_seat(row), **first}]
+    for label, leading in zip(labels, cell.leading, strict=True):
+        sigma = int(leading < 3)
+        rows.append({"name": label, "antecedent": seat, "kind": "elastic", "sigma": sigma, SELECTED[sigma]: label})
+    axes, below = 0, {"antecedent": seat}
+    for direction, sigma, turned in IN_SEQUENCE:
+        if (k := DIRECTIONS.index(direction)) in cell.free:
+            angles = CYCLES[(turned - axes) % 3]
+            own = {SELECTED[sigma]: cell.motion(k, labels) + " - pi/2" * (sigma == 0 and "theta" in angles)}
+            rows.append({"name": f"{name}_{direction}", "kind": "coupled", "sigma": sigma, **angles, **own, **below})
+            axes, below = turned, {}
+    rows.append({"name": name, "kind": "fixed", "sigma": 2, **CYCLES[-axes % 3]})
+    return Part(name, tuple(rows), {"springs": {name: {}, **cell.springs(labels)}})
+
+
 def _seat(row: Table) -> Entries:
     return {key: row.entries[key] for key in GEOMETRY if key in row.entries and row.entries[key] != 0}
 
 
-def _springs(top: Table, row: Table) -> list[list[Any]]:
-    """Stiffnesses, dampings and neutral positions of a cell by direction, as written; raises `InputError`."""
+def _springs(top: Table, row: Table) -> tuple[Table, dict[str, list[Any]]]:
+    """The entry of a cell, and its stiffnesses, dampings and neutral positions by direction, as written."""
     name = row.text("name")
     if row.entries.get("kind") != Kind.ELASTIC:
         raise row.fail("sigma", f'6 is a cell of six springs: write kind = "{Kind.ELASTIC}"')
@@ -302,19 +326,16 @@ def _springs(top: Table, row: Table) -> list[list[Any]]:
     for key in entry.entries:
         if key not in OF_CELL:
             raise row.fail(key, f"a cell of six springs has {', '.join(OF_CELL)} only")
-    lists = [_six(entry, key) for key in OF_CELL]
-    if all(isinstance(x, Number) and "inf" in x for x in lists[0]):
+    lists = {key: without_zeros(entry, key, _six(entry, key)) for key in OF_CELL}
+    if all(isinstance(x, Number) and "inf" in x for x in lists["stiffness"]):
         raise row.fail("stiffness", 'all directions are held: write kind = "fixed", without sigma and spring')
-    return lists
+    return entry, lists
 
 
 def _six(entry: Table, key: str) -> list[Any]:
     """The six entries of a key, as written; zeros where it is missing."""
     values = entry.entries.get(key, [0] * SIX)
-    if isinstance(values, list) and any(isinstance(x, list) for x in values):
-        what = "a matrix couples directions, which rows do not: turn the frame so that it is diagonal, and give six"
-        raise entry.fail(key, what)
-    if not isinstance(values, list) or len(values) != SIX:
+    if not isinstance(values, list) or len(values) != SIX or (key == "neutral" and is_coupled({key: values})):
         raise entry.fail(key, "must be a list of six: along x, y, z, about x, y, z; inf where a direction is held")
     return values
 

@@ -329,9 +329,11 @@ def section_of(name: str, owner: type = Joint) -> Section:
 
 
 def _also_of_cell(key: Key) -> Key:
-    """A key of a spring that holds six entries where sigma is 6."""
-    six = {"type": "array", "items": {"anyOf": [reference_to("formula")]}, "minItems": SIX, "maxItems": SIX}
-    title, schema = f"{key.type.title}; six of them where sigma = 6", {"anyOf": [key.type.schema, six]}
+    """A key of a spring that holds six entries, or six rows of six, where sigma is 6."""
+    row = {"type": "array", "items": reference_to("formula"), "minItems": SIX, "maxItems": SIX}
+    rows = [] if key.name == "neutral" else [{**row, "items": row}]
+    title = f"{key.type.title}; six of them{', or six rows of six,' if rows else ''} where sigma = 6"
+    schema = {"anyOf": [key.type.schema, row, *rows]}
     return replace(key, type=replace(key.type, title=title, schema=schema))
 
 

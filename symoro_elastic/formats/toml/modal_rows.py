@@ -11,7 +11,8 @@ import numpy as np
 from symoro_elastic.formats.toml.beams import END, displacement, own_axes
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beam_modes import ALONG, ModalBeam, Mode, modal_beam
-from symoro_elastic.machine.beams import AXIAL, TORSION, Beam
+from symoro_elastic.machine.beam_sections import AXIAL, TORSION
+from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
 from symoro_elastic.machine.joints import SELECTED
 
@@ -196,7 +197,7 @@ def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
     moves = (what == "shift") == (mode.kind != TORSION) if is_bar else True
     if not moves or not direction[axis]:
         return []
-    shape = mode.shape if is_bar or what == "shift" else mode.shape.deriv() / length
+    shape = mode.shape if is_bar or what == "shift" else mode.slope / length
     return [float(direction[axis] * c / length**k) for k, c in enumerate(shape.coef)]
 
 
