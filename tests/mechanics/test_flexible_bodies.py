@@ -373,10 +373,8 @@ def test_integrals_that_no_body_has(old: str, new: str, what: str) -> None:
     assert f"plate.toml: flexible body hub, {what}" in str(error.value)
 
 
-def test_a_mode_is_not_static_and_its_body_not_left_out() -> None:
+def test_the_body_of_a_mode_is_not_left_out() -> None:
     machine = read(WRITTEN, "plate.toml")
-    with pytest.raises(InputError, match=r"static, e1: it is a mode of a flexible body"):
-        restrict(machine, Scene(static={"e1": None}))
     with pytest.raises(InputError, match=r"no rigid body, rotor or drive has a number 'hub\.mass'"):
         se.load(machine, "energy", scene={"zero": ["hub.mass"]})
 
