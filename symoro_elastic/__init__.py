@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.simulated import Simulations as Simulations
     from symoro_elastic.analysis.singularities.singularities import Singularities as Singularities
     from symoro_elastic.analysis.sweeps.sweep import Sweep as Sweep
+    from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts as FlexibleParts
     from symoro_elastic.analysis.trade_off.trade import Trade as Trade
     from symoro_elastic.analysis.vibration.comparison import Comparison as Comparison
     from symoro_elastic.analysis.vibration.feed_forward import FeedForward as FeedForward
@@ -111,6 +112,7 @@ _MODULES = {
     "analysis.control.control": "Control",
     "analysis.control.lobes": "Lobes",
     "analysis.fe_bodies.fe_body": "FlexibleModes",
+    "analysis.trade_off.flexible_parts": "FlexibleParts",
     "analysis.ladder.reduced": "Reduced",
     "analysis.ladder.rungs": "Ladder",
     "analysis.poses.evaluation": "Evaluation",

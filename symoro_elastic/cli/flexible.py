@@ -1,4 +1,4 @@
-"""The command about finite-element bodies: flexible."""
+"""The command about finite-element bodies and flexible parts of machines: flexible."""
 
 from __future__ import annotations
 
@@ -32,23 +32,48 @@ INTERFACES = click.option(
     help="Of a mesh: steel, cast-iron, aluminium, titanium, mineral-casting, or E,nu,density.",
 )  # fmt: skip
 @click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
+@click.option("--frame", metavar="NAME", default="", help="Of a machine: frame of the compliance (default: the last).")
+@click.option("--at", metavar="JOINT=X", multiple=True, help="Of a machine: position of a motor, rad or m.")
+@click.option("--within", metavar="X%", help="Of a machine: try fewer joints or modes, up to errors below X%.")
 @click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
 @writes
 @JSON
-def flexible(source: str, interfaces: tuple[str, ...], save: str | None, as_json: bool, **options: Any) -> None:
+def flexible(
+    source: str,
+    interfaces: tuple[str, ...],
+    at: tuple[str, ...],
+    within: str | None,
+    save: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
     """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix beside --mass and --nodes, or a file of
-    modes, which is described. [flexible] of a machine names such a file.
+    modes, which is described. [flexible] of a machine names such a file. Of a machine file (.toml), show the errors
+    that its numbers of joints and modes make, or how many are enough.
     """
+    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body
 
+    if source.endswith(".toml") and save:
+        raise InputError("symoro-elastic", "--save", "a machine file is not reduced to modes: leave it out")
     pairs = [text.partition("=") for text in interfaces]
     for name, equals, nodes in pairs:
         if not (name.isidentifier() and equals and nodes):
             raise InputError("symoro-elastic", "--interface", f"{name!r} is no NAME=NODES, as tip=x=0.5")
     with steps() as step:
-        step("reduce")
+        step("vary" if source.endswith(".toml") else "reduce")
+        options |= {"at": {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}}
+        options |= {"within": None if within is None else _number("--within", within)}
         result = operations.flexible(source, interfaces={name: nodes for name, _, nodes in pairs}, **options)
-    if save:
+    if isinstance(result, FlexibleModes) and save:
         save_body(result.body, save)
     print_result(result, as_json, save)
+
+
+def _number(option: str, text: str) -> float:
+    """A number, or one in percent."""
+    try:
+        return float(text.rstrip("% ")) / (100 if "%" in text else 1)
+    except ValueError:
+        raise InputError("symoro-elastic", option, f"{text!r} is no number") from None
