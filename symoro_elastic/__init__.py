@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.drawings import report as report
     from symoro_elastic.api.drawings import view as view
     from symoro_elastic.api.flexible import flexible as flexible
+    from symoro_elastic.api.flexible import flexible_parts as flexible_parts
     from symoro_elastic.api.kinematics import singularities as singularities
     from symoro_elastic.api.loaded import LoadedModel as LoadedModel
     from symoro_elastic.api.loaded import load as load
@@ -99,7 +100,7 @@ _MODULES = {
     "foundation.errors": "InputError",
     "api.control": "control lobes tune",
     "api.drawings": "MachinePage MachinePicture Report picture report view",
-    "api.flexible": "flexible",
+    "api.flexible": "flexible flexible_parts",
     "api.kinematics": "singularities",
     "api.loaded": "LoadedModel load",
     "api.machines": "MachineWarning new read write",

@@ -1,4 +1,4 @@
-"""Finite-element bodies, and flexible parts of machines: flexible."""
+"""Finite-element bodies, and the flexible parts of machines: flexible, flexible_parts."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts
 
 NOTHING: Mapping[str, str] = {}
+AT_ZERO: Mapping[str, float] = {}
 MOST_MODES = 200
 
 
@@ -28,10 +29,7 @@ def flexible(
     modes: int = 6,
     material: str = "steel",
     scale: float = 1.0,
-    frame: str = "",
-    at: Mapping[str, float] | None = None,
-    within: float | None = None,
-) -> FlexibleModes | FlexibleParts:
+) -> FlexibleModes:
     """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
 
     `source` is a .npz file, a mesh, or a stiffness matrix (Matrix Market) beside `mass` and `nodes`. Nodes that the
@@ -39,10 +37,6 @@ def flexible(
     "1-40,77". The body has six modes for each interface, so that its compliance is exact, and `modes` more.
     `material` of a mesh is a name or "E,nu,density"; coordinates times `scale` are metres, 0.001 for mm. The origin of
     the file is that of the joint's frame.
-
-    Of a machine file (.toml) returned are its beams and bodies by modes, with errors of the first frequencies and of
-    the compliance of a `frame` (default: the last fixed one) with motors held `at` positions, rad or m: by the joints
-    and modes of the file, or by fewer, up to the first whose errors are predicted to be `within` a fraction.
 
     Raises
     ------
@@ -55,10 +49,6 @@ def flexible(
     from symoro_elastic.formats.modes_file import load
 
     file = str(source)
-    if file.endswith(".toml"):
-        return _parts_of_machine(file, frame, at or {}, within, fixed or interfaces or mass or nodes)
-    if frame or at or within is not None:
-        raise InputError(COMMAND, "--frame", "belongs to a machine file (.toml): leave out --frame, --at and --within")
     if file.endswith(".npz"):
         if fixed or interfaces or mass or nodes:
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
@@ -72,14 +62,23 @@ def flexible(
     return FlexibleModes(file, modal_body(model, joint_nodes, interface_nodes, modes))
 
 
-def _parts_of_machine(
-    file: str, frame: str, at: Mapping[str, float], within: float | None, of_mesh: object
+def flexible_parts(
+    file: str | Path, frame: str = "", *, at: Mapping[str, float] = AT_ZERO, within: float | None = None
 ) -> FlexibleParts:
+    """Return the beams and bodies by modes of a machine file (.toml), with errors by their joints and modes.
+
+    Errors are those of the first three frequencies and of the compliance of a `frame`, by default the last fixed one,
+    with motors held `at` positions, rad or m. Rows are the numbers of the file; or 1, 2, 3 ... joints or modes, up to
+    the first whose errors are predicted to be `within` a fraction.
+
+    Raises
+    ------
+    InputError
+        For files without such parts, unknown frames and joints, and machines without a static compliance.
+    """
     from symoro_elastic.analysis.trade_off.flexible_parts import flexible_parts
     from symoro_elastic.api.poses import frame_of
 
-    if of_mesh:
-        raise InputError(COMMAND, "--fixed", "belongs to a mesh: leave out --fixed, --interface and matrices")
     if within is not None and not 0 < within < inf:
         raise InputError(COMMAND, "--within", f"{within:g} must be above 0, as 1% or 0.01")
     return flexible_parts(file, lambda machine: frame_of(machine, frame), at, within)

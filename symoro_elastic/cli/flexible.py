@@ -40,9 +40,10 @@ INTERFACES = click.option(
 @JSON
 def flexible(
     source: str,
-    interfaces: tuple[str, ...],
+    frame: str,
     at: tuple[str, ...],
     within: str | None,
+    interfaces: tuple[str, ...],
     save: str | None,
     as_json: bool,
     **options: Any,
@@ -51,22 +52,31 @@ def flexible(
     modes, which is described. [flexible] of a machine names such a file. Of a machine file (.toml), show the errors
     that its numbers of joints and modes make, or how many are enough.
     """
-    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body
 
-    if source.endswith(".toml") and save:
-        raise InputError("symoro-elastic", "--save", "a machine file is not reduced to modes: leave it out")
+    is_machine = source.endswith(".toml")
+    of_mesh, of_machine = (interfaces, save, options["fixed"], options["mass"], options["nodes"]), (frame, at, within)
+    if any(of_mesh if is_machine else of_machine):
+        other = "a mesh" if is_machine else "a machine file (.toml)"
+        option = "--fixed, --interface, --mass, --nodes or --save" if is_machine else "--frame, --at or --within"
+        raise InputError("symoro-elastic", option, f"belongs to {other}: leave it out")
+    if is_machine:
+        positions = {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}
+        with steps() as step:
+            step("vary joints and modes")
+            limit = _number("--within", within) if within else None
+            parts = operations.flexible_parts(source, frame, at=positions, within=limit)
+        print_result(parts, as_json, None)
+        return
     pairs = [text.partition("=") for text in interfaces]
     for name, equals, nodes in pairs:
         if not (name.isidentifier() and equals and nodes):
             raise InputError("symoro-elastic", "--interface", f"{name!r} is no NAME=NODES, as tip=x=0.5")
     with steps() as step:
-        step("vary" if source.endswith(".toml") else "reduce")
-        options |= {"at": {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}}
-        options |= {"within": None if within is None else _number("--within", within)}
+        step("reduce")
         result = operations.flexible(source, interfaces={name: nodes for name, _, nodes in pairs}, **options)
-    if isinstance(result, FlexibleModes) and save:
+    if save:
         save_body(result.body, save)
     print_result(result, as_json, save)
 

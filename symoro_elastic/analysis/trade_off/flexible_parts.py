@@ -169,7 +169,7 @@ def flexible_parts(
 
 
 def _read(top: Table, part: Part, entries: Iterable[Entry]) -> DescribedMachine | None:
-    """The machine of a file with the first of these entries of a part that can be read."""
+    """The machine of a file with the first of these entries of a part that make one; None if none does."""
     for entry in entries:
         changed = {**top.table(part.heading).entries, part.name: entry}
         with suppress(InputError):

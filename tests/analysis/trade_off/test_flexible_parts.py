@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.beam_errors import Bending
 from symoro_elastic.machine.beams import FITTED, places_of
-from tests.command_line import EXAMPLES, run
+from tests.command_line import EXAMPLES, refused, run
 
 MAST = """
 name = "mast"
@@ -35,7 +34,7 @@ def test_errors_of_a_beam_are_those_of_its_deflections(tmp_path: Path, joints: i
     """A clamped beam with its mass at the end, whose frequencies follow from the shapes of joints and of the beam."""
     file = tmp_path / "mast.toml"
     file.write_text(MAST.replace("COUNT", f"joints = {joints}"), encoding="utf-8")
-    (row,) = se.flexible(file).rows
+    (row,) = se.flexible_parts(file).rows
     alone = Bending("y", 1 / (2 * np.pi), 0.0, (1.0, 0.0, 0.0))
     here, following = (alone.of_joints(places_of(FITTED, k, False))[:3] for k in (joints, joints + 1))
     count = min(len(here), 3)
@@ -56,7 +55,7 @@ def test_fewest_modes_that_are_enough() -> None:
 )
 def test_advised_numbers_are_enough_for_the_machine(example: str, within: float) -> None:
     """Errors above 0.1 % are predicted within 0.7 to 1.4 of the measured ones."""
-    result = se.flexible(EXAMPLES / f"{example}.toml", within=within)
+    result = se.flexible_parts(EXAMPLES / f"{example}.toml", within=within)
     for row in result.rows:
         for predicted, measured in zip(row.predicted, row.measured, strict=True):
             assert not measured > 1e-3 or np.isnan(predicted) or 0.7 < predicted / measured < 1.4
@@ -64,15 +63,16 @@ def test_advised_numbers_are_enough_for_the_machine(example: str, within: float)
 
 
 @pytest.mark.parametrize(
-    ("options", "what"),
+    ("words", "what"),
     [
-        ({"source": "planar_2r.toml"}, "no beam, and no body by modes"),
-        ({"source": "bracket.npz", "within": 0.1}, "belongs to a machine file"),
-        ({"source": "flexible_two_link.toml", "fixed": "x=0"}, "belongs to a mesh"),
-        ({"source": "flexible_two_link.toml", "within": 0.0}, "must be above 0"),
-        ({"source": "flexible_two_link.toml", "frame": "nose"}, "unknown 'nose'"),
+        (("planar_2r.toml",), "beams: no beam, and no body by modes in [flexible]: name a file that has one"),
+        (("bracket.npz", "--within", "1%"), "--frame, --at or --within: belongs to a machine file (.toml)"),
+        (("flexible_two_link.toml", "--fixed", "x=0"), "--fixed, --interface, --mass, --nodes or --save: belongs to a"),
+        (("flexible_two_link.toml", "--within", "0"), "--within: 0 must be above 0, as 1% or 0.01"),
+        (("flexible_two_link.toml", "--within", "x"), "--within: 'x' is no number"),
+        (("flexible_two_link.toml", "--frame", "nose"), "--frame: unknown 'nose'"),
+        (("flexible_two_link.toml", "--at", "nose=1"), "--at: no joint 'nose' moves"),
     ],
 )
-def test_refused(options: dict[str, object], what: str) -> None:
-    with pytest.raises(InputError, match=what):
-        se.flexible(**{**options, "source": EXAMPLES / str(options["source"])})  # type: ignore[arg-type]
+def test_refused(words: tuple[str, ...], what: str) -> None:
+    assert what in refused("flexible", EXAMPLES / words[0], *words[1:])
