@@ -18,6 +18,8 @@ import numpy as np
 from symoro_elastic.analysis.poses.frame_stiffness import frame_stiffness, signals_of
 from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.modes_file import load as load_modes
 from symoro_elastic.formats.toml.beams import HEADING as BEAMS
 from symoro_elastic.formats.toml.flexible_bodies import HEADING as BODIES
@@ -139,8 +141,8 @@ def flexible_parts(
     With `within`, numbers are tried from one up to the first whose predicted errors are smaller. `frame` names that
     of the compliance, `at` are positions of motors, rad or m. Raises `InputError` for a file without such parts.
     """
-    top = load(Path(file).read_text(encoding="utf-8"), str(file))
-    machine = machine_of(top)
+    machine, _ = read_machine(file)
+    top = load(load_text(file), str(file))
     parts = [*_parts_of(top, machine)]
     if not parts:
         raise InputError(str(file), BEAMS, f"no beam, and no body by modes in [{BODIES}]: name a file that has one")
