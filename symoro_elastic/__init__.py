@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.simulated import Simulations as Simulations
     from symoro_elastic.analysis.singularities.singularities import Singularities as Singularities
     from symoro_elastic.analysis.sweeps.sweep import Sweep as Sweep
+    from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts as FlexibleParts
     from symoro_elastic.analysis.trade_off.trade import Trade as Trade
     from symoro_elastic.analysis.vibration.comparison import Comparison as Comparison
     from symoro_elastic.analysis.vibration.feed_forward import FeedForward as FeedForward
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.drawings import report as report
     from symoro_elastic.api.drawings import view as view
     from symoro_elastic.api.flexible import flexible as flexible
+    from symoro_elastic.api.flexible import flexible_parts as flexible_parts
     from symoro_elastic.api.kinematics import singularities as singularities
     from symoro_elastic.api.loaded import LoadedModel as LoadedModel
     from symoro_elastic.api.loaded import load as load
@@ -98,7 +100,7 @@ _MODULES = {
     "foundation.errors": "InputError",
     "api.control": "control lobes tune",
     "api.drawings": "MachinePage MachinePicture Report picture report view",
-    "api.flexible": "flexible",
+    "api.flexible": "flexible flexible_parts",
     "api.kinematics": "singularities",
     "api.loaded": "LoadedModel load",
     "api.machines": "MachineWarning new read write",
@@ -111,6 +113,7 @@ _MODULES = {
     "analysis.control.control": "Control",
     "analysis.control.lobes": "Lobes",
     "analysis.fe_bodies.fe_body": "FlexibleModes",
+    "analysis.trade_off.flexible_parts": "FlexibleParts",
     "analysis.ladder.reduced": "Reduced",
     "analysis.ladder.rungs": "Ladder",
     "analysis.poses.evaluation": "Evaluation",

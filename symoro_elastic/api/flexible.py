@@ -1,4 +1,4 @@
-"""Finite-element bodies: flexible."""
+"""Finite-element bodies, and the flexible parts of machines: flexible, flexible_parts."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
+    from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts
 
 NOTHING: Mapping[str, str] = {}
+AT_ZERO: Mapping[str, float] = {}
 MOST_MODES = 200
 RIGID = ":rigid"
 MASSES: Mapping[str, float] = {"kg": 1.0, "t": 1000.0}
@@ -68,6 +70,28 @@ def flexible(
     ends = {name: nodes_of(model, text.removesuffix(RIGID), f"--interface {name}") for name, text in interfaces.items()}
     strips = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}
     return FlexibleModes(file, modal_body(model, nodes_of(model, fixed, "--fixed"), ends, modes, strips, rigid))
+
+
+def flexible_parts(
+    file: str | Path, frame: str = "", *, at: Mapping[str, float] = AT_ZERO, within: float | None = None
+) -> FlexibleParts:
+    """Return the beams and bodies by modes of a machine file (.toml), with errors by their joints and modes.
+
+    Errors are those of the first three frequencies and of the compliance of a `frame`, by default the last fixed one,
+    with motors held `at` positions, rad or m. Rows are the numbers of the file; or 1, 2, 3 ... joints or modes, up to
+    the first whose errors are predicted to be `within` a fraction.
+
+    Raises
+    ------
+    InputError
+        For files without such parts, unknown frames and joints, and machines without a static compliance.
+    """
+    from symoro_elastic.analysis.trade_off.flexible_parts import flexible_parts
+    from symoro_elastic.api.poses import frame_of
+
+    if within is not None and not 0 < within < inf:
+        raise InputError(COMMAND, "--within", f"{within:g} must be above 0, as 1% or 0.01")
+    return flexible_parts(file, lambda machine: frame_of(machine, frame), at, within)
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:

@@ -64,7 +64,7 @@ def ik(machine: MachineLike, options: Reaching) -> InverseGeometry:
     from symoro_elastic.analysis.poses.inverse_geometry import InverseGeometry, Pose, of_angles, solve
 
     whole = kept_machine(the_machine(machine, options.values), options.scene)
-    frame = _frame(whole, options.frame)
+    frame = frame_of(whole, options.frame)
     model = load(whole, "geometric_model", "jacobian", only={"geometric_model": [frame], "jacobian": [frame]})
     _refuse_without_values(model, whole.label)
     chain = _chain(whole, model)
@@ -90,7 +90,7 @@ def ik(machine: MachineLike, options: Reaching) -> InverseGeometry:
     )
 
 
-def _frame(machine: DescribedMachine, name: str) -> str:
+def frame_of(machine: DescribedMachine, name: str) -> str:
     """Return the name of a frame, the last fixed one by default, else the last row; raises `InputError`."""
     frames = FrameNames(machine)
     fixed = [j for j, joint in enumerate(machine.joints, 1) if joint.kind is Kind.FIXED]
@@ -161,7 +161,7 @@ def stiffness(machine: MachineLike, options: Yielding) -> FrameStiffness | Stiff
     from symoro_elastic.analysis.vibration.tracking import places_of
 
     kept = kept_machine(machine, options.scene)
-    frame = _frame(kept, options.frame)
+    frame = frame_of(kept, options.frame)
     inputs, outputs = signals_of(frame)
     motion, points = motion_at(OperatingPoint(), kept, options.values, inputs, outputs), []
     for place in places_of(motion, options.along, options.at):

@@ -1,4 +1,4 @@
-"""The command about finite-element bodies: flexible."""
+"""The command about finite-element bodies and flexible parts of machines: flexible."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ RAILS = click.option(
     multiple=True,
     help="Nodes of a strip on which a row slides, as along = JOINT_NAME of a machine; may be repeated.",
 )
+OF_MESH = "--fixed, --interface, --rail, --mass, --nodes or --save"
 
 
 @command("flexible")
@@ -41,18 +42,43 @@ RAILS = click.option(
 )  # fmt: skip
 @click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
 @click.option("--mass-unit", metavar="UNIT", default="", help="Of matrices in mm: t (with N), or kg.")
+@click.option("--frame", metavar="NAME", default="", help="Of a machine: frame of the compliance (default: the last).")
+@click.option("--at", metavar="JOINT=X", multiple=True, help="Of a machine: position of a motor, rad or m.")
+@click.option("--within", metavar="X%", help="Of a machine: try fewer joints or modes, up to errors below X%.")
 @click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
 @writes
 @JSON
 def flexible(
-    source: str, interfaces: tuple[str, ...], rails: tuple[str, ...], save: str | None, as_json: bool, **options: Any
+    source: str,
+    frame: str,
+    at: tuple[str, ...],
+    within: str | None,
+    interfaces: tuple[str, ...],
+    rails: tuple[str, ...],
+    save: str | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix with --mass and --nodes (Matrix Market,
     CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine names such a file.
+    Of a machine file (.toml), show the errors that its numbers of joints and modes make, or how many are enough.
     """
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body
 
+    is_machine = source.endswith(".toml")
+    of_mesh = interfaces, rails, save, options["fixed"], options["mass"], options["nodes"]
+    if any(of_mesh if is_machine else (frame, at, within)):
+        other, names = ("a mesh", OF_MESH) if is_machine else ("a machine file (.toml)", "--frame, --at or --within")
+        raise InputError("symoro-elastic", names, f"belongs to {other}: leave it out")
+    if is_machine:
+        positions = {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}
+        with steps() as step:
+            step("vary joints and modes")
+            limit = _number("--within", within) if within else None
+            parts = operations.flexible_parts(source, frame, at=positions, within=limit)
+        print_result(parts, as_json, None)
+        return
     named = [_by_name(texts, option) for texts, option in ((interfaces, "--interface"), (rails, "--rail"))]
     with steps() as step:
         step("reduce")
@@ -68,3 +94,11 @@ def _by_name(texts: tuple[str, ...], option: str) -> dict[str, str]:
         if not (name.isidentifier() and equals and nodes):
             raise InputError("symoro-elastic", option, f"{name!r} is no NAME=NODES, as tip=x=0.5")
     return {name: nodes for name, _, nodes in pairs}
+
+
+def _number(option: str, text: str) -> float:
+    """A number, or one in percent."""
+    try:
+        return float(text.rstrip("% ")) / (100 if "%" in text else 1)
+    except ValueError:
+        raise InputError("symoro-elastic", option, f"{text!r} is no number") from None

@@ -16,7 +16,7 @@ def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent, "": ()}
     numbers |= {"b": machine.bristles, "l": machine.loaded}
     of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
-    of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
+    of["s"] = {j: str(joint.variable) for j, joint in machine.static_springs.items()}
     of["w"] = {k: str(wrench) for k, wrench in enumerate(machine.forces, start=1)}
     inputs = [row for row in QUANTITIES.values() if {Role.ARGUMENT, Role.COLUMN} & {*row.roles}]
     rows = [row for row in inputs if row.entries or row.follows]

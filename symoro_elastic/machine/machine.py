@@ -147,10 +147,10 @@ class Machine(Shown):
 
     It is mechanics only: what a file asks of it, and where it came from, are in a `DescribedMachine`.
     `joint(j)` is row j of the table. Where it `is_grouped`, its inertial parameters are base parameters, which are
-    not those of physical bodies. `static` are the rows, by number, of springs that are left out of the motion, as they
-    are when they deflect; `forces` the frames, and points of them, with wrenches that its models have as
-    arguments; `frames` those that have a name and no row, `flexible` the bodies that bend. `source` is the file that
-    messages name.
+    not those of physical bodies. `static` are the rows, by number, of springs that are left out of the motion, and of
+    joints that follow these, as they are when they deflect; `forces` the frames, and points of them, with wrenches that
+    its models have as arguments; `frames` those that have a name and no row, `flexible` the bodies that bend. `source`
+    is the file that messages name.
     """
 
     name: str
@@ -325,6 +325,11 @@ class Machine(Shown):
     def elastic(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints, in table order."""
         return self._numbers_of(Kind.ELASTIC)
+
+    @property
+    def static_springs(self) -> dict[int, Joint]:
+        """The rows of static springs as they are when they deflect, by number, without those that follow."""
+        return {j: joint for j, joint in self.static.items() if joint.kind is Kind.ELASTIC}
 
     @cached_property
     def sprung(self) -> tuple[int, ...]:

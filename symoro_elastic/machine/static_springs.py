@@ -1,7 +1,8 @@
 """Static springs: their joints are locked in the motion, and their deflections follow from the reactions.
 
 Where a spring is much stiffer than the motion is fast, its joint stands still but for q_E = q0_E - Gamma_E / k_E:
-Gamma_E = a . f of [35], [58] is the reaction at the joint, held at a position near its equilibrium.
+Gamma_E = a . f of [35], [58] is the reaction at the joint, held at a position near its equilibrium. Joints that follow
+its variable add their reactions times the derivatives of their formulas, and a mode the force of its body.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
@@ -26,8 +26,10 @@ def held_positions(machine: Machine, static: Positions) -> dict[str, Formula]:
 
 
 def static_rows(machine: Machine, static: Positions) -> dict[int, Joint]:
-    """The rows of static joints before they are locked, by number."""
-    return {j: joint for j, joint in enumerate(machine.joints, start=1) if joint.name in static}
+    """The rows of static joints, and of those that follow them, before these are locked, by number."""
+    own = {str(joint.variable) for joint in machine.joints if joint.name in static}
+    rows = enumerate(machine.joints, start=1)
+    return {j: joint for j, joint in rows if joint.name in static or own & joint.selected.names}
 
 
 def with_free_springs(machine: Machine) -> Machine:
@@ -67,14 +69,14 @@ def _not_static(machine: Machine, j: int) -> str:
 def _coupling(machine: Machine, j: int) -> str:
     """Return why the force of a spring is not its joint's reaction alone; empty if it is."""
     joint = machine.joint(j)
-    if j in machine.modal_rows:
-        return "it is a mode of a flexible body, whose force is not the reaction at a joint: keep it in the motion"
     changed_by = joint.spring.stiffness.names & machine.variables.keys()
     if changed_by:
         return f"its stiffness changes with {', '.join(sorted(changed_by))}: only constant springs can be static"
     for loop in machine.loops:
         if j in machine.around(loop) or j in machine.with_variable_in(loop):
             return f"it is part of loop {loop.name}, whose forces are not part of the reaction: keep it in the motion"
-    neighbours = (other for other in machine.joints if other is not joint)
-    followers = [x.name for x in neighbours if any(joint.variable in formula.names for _, formula in cells(x))]
-    return f"{', '.join(followers)} follows its variable: keep it in the motion" if followers else ""
+    neighbours = [x for x in machine.joints if x is not joint]
+    in_place = (x for x in neighbours if x.kind is not Kind.COUPLED and joint.variable in x.selected.names)
+    in_spring = (x for x in neighbours if joint.variable in x.spring.stiffness.names)
+    followers = ", ".join(x.name for x in (*in_place, *in_spring))
+    return f"{followers} follows its variable: keep it in the motion" if followers else ""

@@ -204,8 +204,13 @@ def _forward(s: Dynamics, qd: Scalars, rules: Rules) -> None:
             s.qdd[j] = rule.qdd
             s.Gamma[j] = link.axis.T * s.f[j] + link.rotor_inertia * rule.qdd  # (17), (61)
             if j in s.flexible:
-                V, known = (s.vd[link.antecedent], s.wd[link.antecedent]), _known_of_modes(s.flexible[j].modes, rules)
-                s.Gamma[j] = s.Gamma[j] + s.flexible[j].force(j, V, known)  # (L55)
+                s.Gamma[j] = s.Gamma[j] + force_on_mode(s, j, rules)
+
+
+def force_on_mode(s: Dynamics, j: int, rules: Rules) -> Scalar:
+    """The force on mode j that the known accelerations of its body and modes require (L55)."""
+    i = s.mechanism.link(j).antecedent
+    return s.flexible[j].force(j, (s.vd[i], s.wd[i]), _known_of_modes(s.flexible[j].modes, rules))
 
 
 def _accelerate(s: Dynamics, j: int, link: Link, rule: Rule | None) -> None:

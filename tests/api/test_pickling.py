@@ -106,6 +106,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Evaluation": lambda _: se.evaluate(DRIVE, "inverse_dynamics", at={"motor": 0.1}),
     "ExcitingTrajectory": lambda _: _excited(),
     "FlexibleModes": lambda _: se.flexible(ROOT / "examples" / "bracket.npz"),
+    "FlexibleParts": lambda _: se.flexible_parts(ROOT / "examples" / "flexible_two_link.toml"),
     "FrameStiffness": lambda _: se.stiffness(DRIVE, frame="tool"),
     "FeedForward": lambda _: se.feed_forward(DRIVE),
     "Generated": _generated,

@@ -32,7 +32,7 @@ from tests.closed_chains.machines import FILES
 from tests.closed_chains.test_base_parameters import ALIKE
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-UNGROUPED = ("floating_arm.toml", "all_keys.par", "flexible_arm.toml", "flexible_gantry.toml")
+UNGROUPED = ("floating_arm.toml", "all_keys.par", "flexible_arm.toml", "flexible_gantry.toml", "flexible_two_link.toml")
 """Floating bases, and bodies by modes: no base parameters are asked for."""
 PATHS = {f"example {p.name}": p for p in sorted(EXAMPLES.glob("*.*")) if p.suffix in (".toml", ".par")}
 PATHS = {name: path for name, path in PATHS.items() if path.name not in UNGROUPED}

@@ -12,6 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats import read_machine, read_scene
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
@@ -50,6 +51,29 @@ def machines() -> tuple[Machine, ...]:
     return tuple(
         m for m in (*trees, chain(5, elastic=(2, 4), prismatic=(4,)), two_children(symbolic=True)) if m.elastic
     )
+
+
+WITH_MODES = [
+    ("flexible_arm.toml", ("shoulder_y2", "elbow_y1", "elbow_y2")),
+    ("flexible_gantry.toml", ("bridge_y2", "bridge_z3", "bridge_torsion2", "shoe_rx")),
+]
+
+
+@pytest.mark.parametrize(("example", "names"), WITH_MODES)
+def test_modes_balance_the_rows_of_the_whole_machine(example: str, names: tuple[str, ...]) -> None:
+    """-q_E k = (A qdd + H)_E with modes E held at drawn deflections; interfaces and a carriage follow them."""
+    rng, (machine, _) = np.random.default_rng(0), read_machine(EXAMPLES / example)
+    place = {name: float(x) for name, x in zip(names, 0.01 * rng.normal(size=len(names)), strict=True)}
+    kept = restrict(machine, Scene(static={name: f(x) for name, x in place.items()}))
+    joints = [joint.name for joint in machine.independent_joints]
+    R, E = ([k for k, name in enumerate(joints) if (name in names) == chosen] for chosen in (False, True))
+    q, qd, qdd = np.array([[0.2], [1.0], [1.0]])[:, :, None] * rng.normal(size=(3, 1, len(joints)))
+    q[:, E], qd[:, E], qdd[:, E] = [place[joints[k]] for k in E], 0.0, 0.0
+    model = se.load(machine, ["inertia_matrix", "bias_forces"], fold=["all"])
+    Gamma = model.inertia_matrix(q[0]) @ qdd[0] + model.bias_forces(q[0], qd[0])
+    stiffness = np.array([machine.independent_joints[k].spring.stiffness.value() for k in E])
+    found = se.load(kept, "static_deflections", fold=["all"]).static_deflections(*(x[0, R] for x in (q, qd, qdd)))
+    assert found == pytest.approx(-Gamma[E] / stiffness, rel=1e-9, abs=1e-12 * np.abs(found).max())
 
 
 VARIOUS = [pytest.param(machine, id=f"{k}-{machine.name}") for k, machine in enumerate(machines())]

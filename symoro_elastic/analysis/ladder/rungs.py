@@ -320,7 +320,7 @@ def whole_motion(reference: Reference, reduced: Observer, motion: Motion) -> Mot
     """
     rows = {joint.name: k for k, joint in enumerate(reference.machine.independent_joints)}
     moved = [rows[joint.name] for joint in reduced.machine.independent_joints]
-    static = [rows[joint.name] for joint in reduced.machine.static.values() if joint.name in rows]
+    static = [rows[joint.name] for joint in reduced.machine.static_springs.values() if joint.name in rows]
 
     def spread(x: Array, start: Array) -> Array:
         rows_of_full = np.tile(start, (len(x), 1))

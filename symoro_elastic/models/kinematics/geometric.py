@@ -10,11 +10,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.machine.static_springs import with_free_springs
 from symoro_elastic.mechanics.coordinates import projection
-from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics, force_on_mode
 from symoro_elastic.mechanics.kinematics import (
     FrameSet,
     Scalars,
@@ -31,6 +32,7 @@ from symoro_elastic.models.bound.model import ORIENTATION, CheckedBy, Frame, Fra
 from symoro_elastic.models.bound.naming import name_dynamics, name_frames, name_jacobian, name_twists
 from symoro_elastic.models.bound.rules import given_rules
 from symoro_elastic.models.bound.state import position_blocks
+from symoro_elastic.models.tree.tree import Coupling, Tree
 from symoro_elastic.quantities import quantity
 from symoro_elastic.quantities.signatures import OR_ASKED
 from symoro_elastic.symbolic.program import Section
@@ -206,18 +208,39 @@ GEOMETRIC = (
 def _static_deflections(bound: Bound, _: Joints) -> Results:
     machine = bound.machine
     _refuse_without_static_springs(machine, DEFLECTIONS)
-    recursion = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
+    rules = given_rules(bound)
+    recursion = dynamics(bound.mechanism, bound.rates(), rules)
     name_dynamics(bound, recursion, "[15]", "[61]")
+    of_followers = _of_followers(bound, recursion)
     entries: list[Scalar] = []
-    for j, joint in machine.static.items():
+    for j, joint in machine.static_springs.items():
         neutral, stiffness = bound.cell(joint.spring.neutral), bound.cell(joint.spring.stiffness)
-        entries.append(neutral - _reaction(recursion, j, Axis(joint.sigma)) / stiffness)  # (9)
-    return {"q_static": Result(tuple(machine.static), tuple(entries))}
+        Gamma = force_on_mode(recursion, j, rules) if j in machine.modal_rows else _reaction(recursion, j, joint)
+        entries.append(neutral - (Gamma + of_followers.get(j, 0)) / stiffness)  # (9)
+    return {"q_static": Result(tuple(machine.static_springs), tuple(entries))}
 
 
-def _reaction(recursion: Dynamics, j: int, axis: Axis) -> Scalar:
+def _of_followers(bound: Bound, recursion: Dynamics) -> dict[int, Scalar]:
+    """Forces on static springs by the joints that follow their variables, at the positions where these are held."""
+    machine = bound.machine
+    springs, rows = machine.static_springs, machine.static
+    followers = [i for i in rows if i not in springs]
+    if not followers:
+        return {}
+    free = Tree(with_free_springs(machine), sharing=bound)
+    positions = {j: Coupling(bound, getattr(machine.joint(j), SELECTED[row.sigma])).value for j, row in springs.items()}
+    free.variables |= {j: x - Coupling(free, springs[j].selected).value for j, x in positions.items()}
+    forces: dict[int, Scalar] = {}
+    for i in followers:
+        Gamma = _reaction(recursion, i, rows[i]) + (bound.friction(i) if i in machine.articulated else 0)
+        for j, x in free.couplings[i].partials.items():
+            forces[j] = forces.get(j, 0) + x * Gamma  # (L3)
+    return forces
+
+
+def _reaction(recursion: Dynamics, j: int, joint: Joint) -> Scalar:
     """Force that the motion requires on a locked joint j, including its rotor where it follows other joints."""
-    return recursion.Gamma[j] if j in recursion.Gamma else axis.T * recursion.f[j]  # (17), (61)
+    return recursion.Gamma[j] if j in recursion.Gamma else Axis(joint.sigma).T * recursion.f[j]  # (17), (61)
 
 
 def _with_deflections(machine: Machine) -> Machine:

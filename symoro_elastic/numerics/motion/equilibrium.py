@@ -157,7 +157,7 @@ def soft_static(machine: Machine, at: Mapping[str, float], values: Mapping[str, 
     """
     if not machine.static:
         return None
-    names = [joint.name for joint in machine.static.values()]
+    names = [joint.name for joint in machine.static_springs.values()]
     motion = motion_of(replace(with_free_springs(machine), static={}), values)
     entries = [motion.index(name, "scene, static") for name in names]
     weakest = _weakest(motion, starting_point(motion, at), entries)

@@ -161,7 +161,7 @@ def _make_defined(machine: Machine, states: States, values: ParameterValues, see
 
 def _deflections(machine: Machine, count: int, values: ParameterValues, rng: Rng) -> Array:
     """Positions of static joints, within the deflections of a working load."""
-    variables = [_variable(joint, values) for joint in machine.static.values()]
+    variables = [_variable(joint, values) for joint in machine.static_springs.values()]
     drawn = [[x.centre + x.extent * float(rng.uniform(-1, 1)) for _ in range(count)] for x in variables]
     return np.array(drawn).reshape(len(drawn), count).T
 

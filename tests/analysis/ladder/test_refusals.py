@@ -35,7 +35,7 @@ def example(name: str) -> Machine:
         ("four_bar.par", r"four_bar\.par: loop \w+: the ladder does not handle loops: use simulate"),
         (
             "ball_screw.toml",
-            r"ball_screw\.toml: joint \w+: it follows .*, and the ladder does not handle coupled joints",
+            r"ball_screw\.toml: joint \w+: it follows .*, and has a variable, which the ladder does not handle: use",
         ),
     ],
 )

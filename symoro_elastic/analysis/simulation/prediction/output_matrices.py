@@ -138,7 +138,7 @@ def _add_frames(
 def placement_rows(machine: Machine, frames: Sequence[str], states: Three, deflections: Deflections) -> Three:
     """Return the derivatives (N, frames, 6, n) of placements by q, v, a of the joints that move; SI units, frame 0."""
     free = replace(with_free_springs(machine), static={})
-    static = {joint.name for joint in machine.static.values()}
+    static = {joint.name for joint in machine.static_springs.values()}
     names = [joint.name for joint in free.independent_joints]
     E = [k for k, name in enumerate(names) if name in static]
     R = [k for k, name in enumerate(names) if name not in static]

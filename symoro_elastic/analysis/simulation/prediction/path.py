@@ -32,7 +32,7 @@ from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.vibration.following import refuse_sticking
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.joints import Joint
+from symoro_elastic.machine.joints import Friction, Joint, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.joint_laws import friction_slope
 from symoro_elastic.models.kinematics.geometric import DEFLECTIONS
@@ -334,19 +334,22 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
 
 
 def refuse_coupled(machine: Machine) -> None:
-    """Raise `InputError` where joints depend on the variables of other joints."""
-    if not machine.is_coupled:
-        return
+    """Raise `InputError` for loops, and for joints with a variable, friction or motor that follow other joints."""
     if machine.loops:
         raise machine.error(f"loop {machine.loops[0].name}", "the ladder does not handle loops: use simulate")
-    variables = set(machine.variables)
+    variables = {*machine.variables}
     for joint in machine.joints:
-        followed = variables & set(joint.selected.names) - {str(joint.variable)}
-        if followed:
-            what = (
-                f"it follows {', '.join(sorted(followed))}, and the ladder does not handle coupled joints: use simulate"
-            )
-            raise machine.error(f"joint {joint.name}", what)
+        followed = variables & joint.selected.names - {str(joint.variable)}
+        own = next((what for what, is_own in _own_laws(joint).items() if is_own), "")
+        if followed and own:
+            what = f"it follows {', '.join(sorted(followed))}, and has {own}, which the ladder does not handle"
+            raise machine.error(f"joint {joint.name}", f"{what}: use simulate")
+
+
+def _own_laws(joint: Joint) -> dict[str, bool]:
+    """What a joint that follows others has of its own."""
+    has_motor = not joint.rotor_inertia.is_zero or joint.kind is Kind.MOTOR
+    return {"a variable": joint.variable is not None, "a motor": has_motor, "friction": joint.friction != Friction()}
 
 
 @dataclass(frozen=True)
