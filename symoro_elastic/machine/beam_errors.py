@@ -10,7 +10,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beam_deflections import Bending, Body
-from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS
+from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS, TIPS
 from symoro_elastic.machine.beam_sections import AXIAL, TORSION
 from symoro_elastic.machine.beams import Beam
 from symoro_elastic.machine.formula import Formula
@@ -46,6 +46,14 @@ def _body(beam: Beam, kind: str, integral: Array, own: float, length: float) -> 
     moment = float(integral[u, 3]) * (-1 if beam.along[0] == "-" else 1)
     turning = float(squares[u] + squares["xyz".index(kind)])
     return mass / own, moment / (own * length), turning / (own * length**2)
+
+
+def error_of_first(beam: Beam, kind: str) -> float:
+    """Largest relative error of the first frequency of a kind, with the masses at the end that places are fitted to."""
+    line, joints = beam.line(kind), beam.joints_of(kind)
+    bodies = [(line.mean_mass * mass, 0.0, line.mean_mass * inertia) for mass, inertia in TIPS]
+    bendings = (Bending(kind, 1.0, body, line=line) for body in bodies)
+    return max(abs(float(x.of_joints(joints)[0] / x.exact[0]) - 1) for x in bendings)
 
 
 def errors_by_joints(

@@ -231,6 +231,16 @@ def test_damping_is_the_ratio_of_the_first_frequency(keys: str) -> None:
     assert modes.damping_ratios[0] == pytest.approx(0.02, rel=5e-3)
 
 
+def test_joints_that_cannot_be_fitted_are_doubted() -> None:
+    """One joint of torsion for two soft pieces with a stiff one between; none with more joints."""
+    sizes = ((0.3, 0.06), (0.1, 0.2), (0.6, 0.06))
+    pieces = ", ".join(f"{{ length = {length}, section = {{ rod = {size} }} }}" for length, size in sizes)
+    text = TABLE.replace('"y"', '"torsion"').replace("length = 1, section = { rod = 0.1 }", f"pieces = [{pieces}]")
+    (doubt,) = (x for x in check(toml.read(text.replace("E =", "joints = 2, E ="), "beam.toml")) if "an error of" in x)
+    assert "beam wall: joints of torsion have an error of " in doubt
+    assert not any("an error of" in x for x in check(toml.read(text, "beam.toml")))
+
+
 def test_material_and_length_of_a_taper_stay_symbols() -> None:
     text = """
 name = "cone"
@@ -282,6 +292,7 @@ wall = { along = "x", length = 1, section = { rod = 0.1 }, E = 1e9, density = 10
         ("E =", "end_section = { bar = [0.1, 0.1] }, E =", "end_section: is a bar, and the section is a rod"),
         ("E =", 'end_section = { rod = "D" }, E =', "end_section: 'D' is a name, and sections that change are numbers"),
         ("E =", "end_section = { rod = 0 }, E =", "beam wall, end_section: sizes of a rod must be above 0"),
+        ("E =", "end_section = { rod = 0.004 }, E =", "end_section: sizes change more than 20 times"),
         ("E =", "end_section = { rod = 0.05 }, modes = 3, E =", "modes are those of uniform beams"),
         ("section = { rod = 0.1 }, E =", "end_section = { rod = 0.1 }, EI = 3, E =", "end_section: needs a section"),
         ("E =", "pieces = [], E =", "beam wall, length: follows from the pieces"),

@@ -18,6 +18,7 @@ from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.beam_errors import error_of_first
 from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS, RULES
 from symoro_elastic.machine.beam_sections import AXIAL, SIZES, TORSION, Piece, Profile, operand, product, section_of
 from symoro_elastic.machine.beams import IN_SHEAR, MOST_MODES, TRANSVERSE, Beam
@@ -36,6 +37,10 @@ STIFF = (1e7, 2e12)
 """Moduli of elasticity, Pa, from soft rubber to diamond."""
 DENSE = (20, 23000)
 """Densities, kg/m3, from foam to osmium."""
+WELL_FITTED = 0.06
+"""Error of a first frequency above which fitted joints are doubted: one joint of torsion has up to 0.05 in a taper."""
+STEEPEST = 20
+"""Ratio of sizes at both ends of a piece up to which polynomials resolve EI, the fourth power of sizes."""
 SLENDER = 5
 """Length by size of the section below which shear lowers the first frequency by 2 % (bars) to 4 % (thin tubes)."""
 
@@ -259,7 +264,16 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
     if names:
         what = f"modes are numbers of the file, and {quote(names[0])} is a name: write its value, or joints"
         raise table.fail(MODES.name, what)
-    return _with_shear(table, beam) if shear else beam
+    beam = _with_shear(table, beam) if shear else beam
+    return replace(beam, doubts=(*doubts, *_doubts_of_fit(beam)))
+
+
+def _doubts_of_fit(beam: Beam) -> Iterator[str]:
+    """Kinds of deflection whose places could not be fitted to the first frequency."""
+    for kind in beam.bends if beam.rule == FITTED and not beam.modes else ():
+        if not beam.line(kind).is_uniform and (error := error_of_first(beam, kind)) > WELL_FITTED:
+            what = f"joints of {kind} have an error of {100 * error:.2g} % in the first frequency"
+            yield f'{what}: write more joints, or rule = "equal" with many'
 
 
 def _with_shear(table: Table, beam: Beam) -> Beam:
@@ -315,6 +329,9 @@ def _profile(table: Table, pieces: list[Table], values: Mapping[str, float]) -> 
         for key, sizes in zip((SECTION, END_SECTION), both, strict=True):
             if fault := _fault_of_section(kind, [*sizes]):
                 raise piece.fail(key.name, fault)
+        if max(max(a, b) / min(a, b) for a, b in zip(*both, strict=True)) > STEEPEST:
+            what = f"sizes change more than {STEEPEST} times, which its integrals do not resolve: write several pieces"
+            raise piece.fail(END_SECTION.name, what)
         parts.append(Piece(float(end), kind, *both))
     return lengths[0].text if len(lengths) == 1 else f"{sum(numbers):.15g}", Profile(tuple(parts))
 
