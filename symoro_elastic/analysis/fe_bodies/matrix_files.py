@@ -70,13 +70,14 @@ def _symmetric(matrix: Any) -> Any:
 
 
 def _of_matrix_market(file: str, text: str, count: int) -> Any:
+    scipy, content = for_vibrations("scipy.io"), text.strip() + "\n"  # it crashes on blanks at the end, or no rows
     try:
-        matrix = for_vibrations("scipy.io").mmread(io.StringIO(text))
+        rows, columns, *_ = scipy.mminfo(io.StringIO(content))
+        if rows != 3 * count or columns != rows:
+            raise InputError(file, "file", f"has {rows} rows: x, y, z of {count} nodes are {3 * count}")
+        return for_vibrations("scipy.sparse").csc_matrix(scipy.mmread(io.StringIO(content)))
     except (ValueError, TypeError) as error:
         raise InputError(file, "file", f"not a Matrix Market file: {str(error)[:120]}") from None
-    if matrix.shape != (3 * count, 3 * count):
-        raise InputError(file, "file", f"has {matrix.shape[0]} rows: x, y, z of {count} nodes are {3 * count}")
-    return for_vibrations("scipy.sparse").csc_matrix(matrix)
 
 
 def _of_lines(file: str, text: str) -> Entries:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
 from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, modal_body
 from symoro_elastic.analysis.fe_bodies.solid_elements import SolidElements
 from symoro_elastic.formats.modes_file import ModalBody
@@ -214,3 +215,14 @@ def test_bodies_without_mass_are_refused(model: FiniteElements, tmp_path: Path) 
     (tmp_path / "M.mtx").write_text("".join(f"{k},{axis},{k},{axis},0.\n" for k in model.numbers for axis in (1, 2, 3)))
     with pytest.raises(InputError, match="adds up to no mass: give the material a density"):
         read(arguments)
+
+
+def test_texts_that_crash_a_library_are_read_or_refused(tmp_path: Path) -> None:
+    """SciPy 1.17 ends the process for a blank at the end, and for an array without rows."""
+    head, numbers = "%%MatrixMarket matrix", np.array([1, 2, 3])
+    for text in (f"{head} array real general\n0 9\n1.5\n", f"{head} array real general\n99999999 9\n1.5\n"):
+        (tmp_path / "K.mtx").write_text(text)
+        with pytest.raises(InputError, match=r"rows: x, y, z of 3 nodes are 9"):
+            matrix_of_nodes(str(tmp_path / "K.mtx"), numbers, "K")
+    (tmp_path / "K.mtx").write_text(f"{head} coordinate real symmetric\n9 9 1\n1 1 2.0 ")
+    assert matrix_of_nodes(str(tmp_path / "K.mtx"), numbers, "K")[0, 0] == 2.0
