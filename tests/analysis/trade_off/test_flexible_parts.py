@@ -9,7 +9,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.machine.beam_errors import Bending
-from symoro_elastic.machine.beams import FITTED, places_of
+from symoro_elastic.machine.beam_places import FITTED, places_of
 from tests.command_line import EXAMPLES, refused, run
 
 MAST = """
