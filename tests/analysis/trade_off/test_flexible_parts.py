@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.machine.beam_errors import Bending
+from symoro_elastic.machine.beam_deflections import Bending, Joints
 from symoro_elastic.machine.beam_places import FITTED, places_of
 from tests.command_line import EXAMPLES, refused, run
 
@@ -35,8 +35,8 @@ def test_errors_of_a_beam_are_those_of_its_deflections(tmp_path: Path, joints: i
     file = tmp_path / "mast.toml"
     file.write_text(MAST.replace("COUNT", f"joints = {joints}"), encoding="utf-8")
     (row,) = se.flexible_parts(file).rows
-    alone = Bending("y", 1 / (2 * np.pi), 0.0, (1.0, 0.0, 0.0))
-    here, following = (alone.of_joints(places_of(FITTED, k, False))[:3] for k in (joints, joints + 1))
+    alone = Bending("y", 1 / (2 * np.pi), (1.0, 0.0, 0.0))
+    here, following = (alone.of_joints(Joints(places_of(FITTED, k, False)))[:3] for k in (joints, joints + 1))
     count = min(len(here), 3)
     exact = np.abs(here[:count] / alone.exact[:count] - 1).max()
     assert row.measured[0] == pytest.approx(exact, abs=SIX_MODES)
@@ -67,7 +67,7 @@ def test_advised_numbers_are_enough_for_the_machine(example: str, within: float)
     [
         (("planar_2r.toml",), "beams: no beam, and no body by modes in [flexible]: name a file that has one"),
         (("bracket.npz", "--within", "1%"), "--frame, --at or --within: belongs to a machine file (.toml)"),
-        (("flexible_two_link.toml", "--fixed", "x=0"), "--fixed, --interface, --mass, --nodes or --save: belongs to a"),
+        (("flexible_two_link.toml", "--fixed", "x=0"), "--rail, --mass, --nodes or --save: belongs to a"),
         (("flexible_two_link.toml", "--within", "0"), "--within: 0 must be above 0, as 1% or 0.01"),
         (("flexible_two_link.toml", "--within", "x"), "--within: 'x' is no number"),
         (("flexible_two_link.toml", "--frame", "nose"), "--frame: unknown 'nose'"),
