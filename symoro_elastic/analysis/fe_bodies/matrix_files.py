@@ -89,7 +89,7 @@ def _of_lines(file: str, text: str) -> Entries:
         if table.shape[1] not in (3, 5) or (labels != table[:, :-1]).any():
             raise ValueError
     except ValueError:
-        what = "is no Matrix Market file, no DMIG, and has not row, column, value or node, direction (twice), value"
+        what = "must be Matrix Market, DMIG, or lines of row, column, value or of node, direction (twice), value"
         raise InputError(file, "file", what) from None
     if table.shape[1] == 5:
         return labels[:, ::2], labels[:, 1::2], values

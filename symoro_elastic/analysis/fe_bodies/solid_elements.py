@@ -47,13 +47,13 @@ class SolidElements:
     def mass(self, density: float) -> Any:
         """Scalar mass (n, n), kg."""
         weighted = density * self.values * self.weights[:, None]
-        return _assembled(self.nodes, weighted @ self.values.T, self.count)
+        return _sparse_sum(self.nodes, weighted @ self.values.T, self.count)
 
     def stiffness(self) -> Any:
         """Stiffness (3 n, 3 n), N/m."""
         rows = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
         parts = (slice(k, k + TOGETHER) for k in range(0, len(rows), TOGETHER))
-        return sum(_assembled(rows[part], self._stiffness(part), 3 * self.count) for part in parts)
+        return sum(_sparse_sum(rows[part], self._stiffness(part), 3 * self.count) for part in parts)
 
     def _stiffness(self, part: slice) -> Array:
         first, mu = self.lame
@@ -74,10 +74,10 @@ class SolidElements:
         loaded = np.einsum("eabq,enbq->enaq", stress * self.weights[:, None, None], self.gradients)
         flat = (*self.nodes.shape, -1)
         blocks = loaded.reshape(flat) @ self.gradients.reshape(flat).swapaxes(1, 2)
-        return _assembled(self.nodes, blocks, self.count)
+        return _sparse_sum(self.nodes, blocks, self.count)
 
 
-def _assembled(rows: AnyArray, blocks: Array, count: int) -> Any:
+def _sparse_sum(rows: AnyArray, blocks: Array, count: int) -> Any:
     """The sparse matrix (count, count) of blocks (E, R, R) at rows (E, R)."""
     i, j = (np.broadcast_to(x, blocks.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
     return for_vibrations("scipy.sparse").coo_matrix((blocks.ravel(), (i, j)), shape=(count, count)).tocsc()
