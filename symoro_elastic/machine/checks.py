@@ -229,6 +229,14 @@ def _name_faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault
             places[name] = place
 
 
+def _is_carried(machine: Machine, on: str, name: str) -> bool:
+    """Whether a row is that of a name, or follows it without a variable of its own."""
+    rows = {joint.name: joint for joint in machine.joints}
+    while on in rows and on != name and rows[on].kind in (Kind.FIXED, Kind.COUPLED) and rows[on].antecedent:
+        on = machine.joint(rows[on].antecedent).name
+    return on == name
+
+
 def _frame_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
     """Faults of named frames: names that cannot be used, and rows that are not there."""
     rows = {joint.name for joint in machine.joints}
@@ -239,7 +247,7 @@ def _frame_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
             yield place, f"the name cannot be used: {reason}; {free_name(name, reserved)!r} is free"
         if frame.on and frame.on not in rows:
             yield f"{place}, on", f"no joint {quote(frame.on)}{did_you_mean(frame.on, rows)}"
-        if frame.name == BASE or (name in rows and not what and frame.on != name):
+        if frame.name == BASE or (name in rows and not what and not _is_carried(machine, frame.on, name)):
             owner = "frame 0" if frame.name == BASE else f"the frame of joint {name}, whose body does not carry it"
             yield place, f"{owner} has this name: choose another, or write 'link {name}'"
 

@@ -272,6 +272,16 @@ def test_a_slide_moves_along_a_beam() -> None:
         assert (heavy - light)[np.ix_(modes, modes)] == pytest.approx(np.full((2, 2), 5 * moved), abs=1e-9)
 
 
+def test_the_frame_of_a_slide_is_that_of_its_body() -> None:
+    """Forces and outputs at its name follow the deflection; its row, which does not, is `row cart`."""
+    machine = read(BRIDGE.replace("E0", "2e11"), "bridge.toml")
+    of_name, of_body, of_row = (
+        se.stiffness(machine, frame=frame, at={"cart": 0.4}).compliance for frame in ("cart", "cart_body", "row cart")
+    )
+    assert of_name == pytest.approx(of_body, rel=1e-12) and of_name[1, 1] > 1e-7
+    assert np.abs(of_row).max() < 1e-9 * of_name[1, 1]
+
+
 def test_a_stiff_beam_has_the_inertia_of_a_rigid_one() -> None:
     machine = read(TWO_LINKS.replace(", MORE", ""), "two_links.toml")
     n = len(machine.independent)

@@ -153,9 +153,10 @@ def with_rows_of_parts(
         for name in (row.text("name"),)
     ]
     ends = {part.name: part.end for part in parts}
-    frames = {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
-    new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
     slides = [part.slide for part in parts if part.slide]
+    frames = {slide.name: {"on": ends[slide.name]} for slide in slides}
+    frames |= {name: _on_end(entry, ends) for name, entry in top.table("frames").entries.items()}
+    new = {"joints": _rows(parts), **({"frames": frames} if frames else {}), **_sections(top, parts)}
     return replace(top, entries={**top.entries, **new}), tuple(flexible), remarks, slides
 
 
