@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
 from symoro_elastic.machine.catalogue import CatalogueSpring
 from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine

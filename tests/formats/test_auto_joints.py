@@ -9,11 +9,11 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
-from symoro_elastic.formats.toml.auto_joints import bodies_beside
+from symoro_elastic.formats.toml.flexible.auto_joints import bodies_beside
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beam_deflections import Bending, Joints
-from symoro_elastic.machine.beam_errors import bending_of
-from symoro_elastic.machine.beam_places import places_of
+from symoro_elastic.machine.beams.deflections import Bending, Joints
+from symoro_elastic.machine.beams.errors import bending_of
+from symoro_elastic.machine.beams.places import places_of
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.views import beams_json

@@ -12,8 +12,8 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beam_places import places_of
-from symoro_elastic.machine.beam_sections import AXIAL, TORSION
+from symoro_elastic.machine.beams.places import places_of
+from symoro_elastic.machine.beams.sections import AXIAL, TORSION
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Kind, Spring

@@ -11,7 +11,7 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
-from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE, HEADING
+from symoro_elastic.formats.toml.flexible.bodies import FLEXIBLE, HEADING
 from symoro_elastic.formats.toml.keys import OF_JOINTS, SECTIONS
 from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
 from symoro_elastic.foundation.errors import InputError

@@ -18,8 +18,8 @@ from symoro_elastic.formats.par.keys import KEYS
 from symoro_elastic.formats.toml import drives as drive_keys
 from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
-from symoro_elastic.formats.toml.beams import BEAMS
-from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
+from symoro_elastic.formats.toml.flexible.beams import BEAMS
+from symoro_elastic.formats.toml.flexible.bodies import FLEXIBLE
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
 from symoro_elastic.formats.toml.vibration_tests import TESTS

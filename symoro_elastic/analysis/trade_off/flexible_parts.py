@@ -21,16 +21,16 @@ from symoro_elastic.analysis.vibration.modes import modes
 from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.modes_file import load as load_modes
-from symoro_elastic.formats.toml.beams import HEADING as BEAMS
-from symoro_elastic.formats.toml.flexible_bodies import HEADING as BODIES
-from symoro_elastic.formats.toml.modal_rows import ROOT
+from symoro_elastic.formats.toml.flexible.beams import HEADING as BEAMS
+from symoro_elastic.formats.toml.flexible.bodies import HEADING as BODIES
+from symoro_elastic.formats.toml.flexible.modal_rows import ROOT
 from symoro_elastic.formats.toml.reading import machine_of
 from symoro_elastic.formats.toml.tables import Table, load
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.machine.beam_places import GAUSS
-from symoro_elastic.machine.beams import MOST_MODES
+from symoro_elastic.machine.beams.beam import MOST_MODES
+from symoro_elastic.machine.beams.places import GAUSS
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.programs.catalogue import trace

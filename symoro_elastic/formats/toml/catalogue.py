@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
-from symoro_elastic.formats.toml.flexible import DIRECTIONS, SIX
+from symoro_elastic.formats.toml.flexible.parts import DIRECTIONS, SIX
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.machine import catalogue

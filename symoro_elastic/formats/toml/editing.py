@@ -13,11 +13,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.formats.toml.beams import BEAMS
-from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
+from symoro_elastic.formats.toml.flexible.beams import BEAMS
+from symoro_elastic.formats.toml.flexible.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.key import Key, Section, schema_of
 from symoro_elastic.formats.toml.keys import (
     FRAMES,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.editing import SECTIONS, Path, set_entry, tomlkit, with_change
-from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
+from symoro_elastic.formats.toml.flexible.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.flexible.bodies import HEADING as OF_FLEXIBLE
 from symoro_elastic.formats.toml.keys import GRAVITY, JOINTS, NAME, OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.tables import load

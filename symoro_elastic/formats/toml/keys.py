@@ -9,14 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
-from symoro_elastic.formats.toml.beams import BEAMS
-from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
-from symoro_elastic.formats.toml.flexible import OF_CELL, SIX
-from symoro_elastic.formats.toml.flexible_bodies import FLEXIBLE
-from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
+from symoro_elastic.formats.toml.flexible.beams import BEAMS
+from symoro_elastic.formats.toml.flexible.beams import HEADING as OF_BEAMS
+from symoro_elastic.formats.toml.flexible.bodies import FLEXIBLE
+from symoro_elastic.formats.toml.flexible.bodies import HEADING as OF_FLEXIBLE
+from symoro_elastic.formats.toml.flexible.parts import OF_CELL, SIX
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE

@@ -12,10 +12,10 @@ from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
 from symoro_elastic.formats.toml import keys
-from symoro_elastic.formats.toml.auto_joints import with_chosen_joints
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
-from symoro_elastic.formats.toml.flexible import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
+from symoro_elastic.formats.toml.flexible.auto_joints import with_chosen_joints
+from symoro_elastic.formats.toml.flexible.parts import beams_of, refuse_inside, with_name_in_place, with_rows_of_parts
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.limits import limits_of

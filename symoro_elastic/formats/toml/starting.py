@@ -7,11 +7,11 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from symoro_elastic.formats.toml.beams import BEAMS
-from symoro_elastic.formats.toml.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.catalogue import TABLES as OF_CATALOGUES
 from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
 from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
+from symoro_elastic.formats.toml.flexible.beams import BEAMS
+from symoro_elastic.formats.toml.flexible.beams import HEADING as OF_BEAMS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import (
     BASE,

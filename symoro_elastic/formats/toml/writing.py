@@ -9,7 +9,7 @@ from typing import Any
 from symoro_elastic.formats.joint_cells import SELECTED, cell_of
 from symoro_elastic.formats.toml.drives import HEADING as OF_DRIVES
 from symoro_elastic.formats.toml.drives import drives_by_motor
-from symoro_elastic.formats.toml.flexible_bodies import entry_of_body
+from symoro_elastic.formats.toml.flexible.bodies import entry_of_body
 from symoro_elastic.formats.toml.keys import OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance

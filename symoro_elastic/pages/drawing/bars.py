@@ -15,8 +15,8 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beam_sections import TORSION
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
+from symoro_elastic.machine.beams.sections import TORSION
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine

@@ -10,7 +10,7 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.analysis.fe_bodies.rails import rail_of
 from symoro_elastic.formats.modes_file import ModalBody, Rail, load, save
-from symoro_elastic.formats.toml.modal_rows import _of_beam, along_beam
+from symoro_elastic.formats.toml.flexible.modal_rows import _of_beam, along_beam
 from symoro_elastic.formats.toml.reading import read
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError

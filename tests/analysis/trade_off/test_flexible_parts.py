@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.machine.beam_deflections import Bending, Joints
-from symoro_elastic.machine.beam_places import FITTED, places_of
+from symoro_elastic.machine.beams.deflections import Bending, Joints
+from symoro_elastic.machine.beams.places import FITTED, places_of
 from tests.command_line import EXAMPLES, refused, run
 
 MAST = """

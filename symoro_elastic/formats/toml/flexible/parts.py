@@ -13,21 +13,28 @@ import numpy as np
 
 from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
-from symoro_elastic.formats.toml.beams import END, HEADING, beam_of, rows_of
-from symoro_elastic.formats.toml.coupled_cells import CoupledCell, is_coupled, without_zeros
-from symoro_elastic.formats.toml.flexible_bodies import HEADING as OF_FLEXIBLE
-from symoro_elastic.formats.toml.flexible_bodies import (
+from symoro_elastic.formats.toml.flexible.beams import END, HEADING, beam_of, rows_of
+from symoro_elastic.formats.toml.flexible.bodies import HEADING as OF_FLEXIBLE
+from symoro_elastic.formats.toml.flexible.bodies import (
     along_rail,
     bodies_of_files,
     body_of_file,
     rows_of_body,
     written_bodies,
 )
-from symoro_elastic.formats.toml.modal_rows import CARRIAGE, Guideway, Rows, along_beam, body_of_beam, rows_of_beam
+from symoro_elastic.formats.toml.flexible.coupled_cells import CoupledCell, is_coupled, without_zeros
+from symoro_elastic.formats.toml.flexible.modal_rows import (
+    CARRIAGE,
+    Guideway,
+    Rows,
+    along_beam,
+    body_of_beam,
+    rows_of_beam,
+)
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
 from symoro_elastic.machine.flexible import FlexibleBody
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind

@@ -11,8 +11,8 @@ import numpy as np
 
 from symoro_elastic.formats.modes_file import Interface, ModalBody, load
 from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.flexible.modal_rows import MOVES, ROOT, Follower, Guideway, ModalRows, Rows
 from symoro_elastic.formats.toml.key import Key, Section, Type
-from symoro_elastic.formats.toml.modal_rows import MOVES, ROOT, Follower, Guideway, ModalRows, Rows
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.flexible import FlexibleBody, without_rounding

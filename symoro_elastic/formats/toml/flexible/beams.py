@@ -18,10 +18,10 @@ from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_errors import error_of_first
-from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS, RULES
-from symoro_elastic.machine.beam_sections import AXIAL, SIZES, TORSION, Piece, Profile, operand, product, section_of
-from symoro_elastic.machine.beams import IN_SHEAR, MOST_MODES, TRANSVERSE, Beam
+from symoro_elastic.machine.beams.beam import IN_SHEAR, MOST_MODES, TRANSVERSE, Beam
+from symoro_elastic.machine.beams.errors import error_of_first
+from symoro_elastic.machine.beams.places import FITTED, FITTED_BENDING, MOST_JOINTS, RULES
+from symoro_elastic.machine.beams.sections import AXIAL, SIZES, TORSION, Piece, Profile, operand, product, section_of
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.names import did_you_mean, quote

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_deflections import Bending, Body
-from symoro_elastic.machine.beam_places import FITTED, FITTED_BENDING, MOST_JOINTS, TIPS
-from symoro_elastic.machine.beam_sections import AXIAL, TORSION
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
+from symoro_elastic.machine.beams.deflections import Bending, Body
+from symoro_elastic.machine.beams.places import FITTED, FITTED_BENDING, MOST_JOINTS, TIPS
+from symoro_elastic.machine.beams.sections import AXIAL, TORSION
 from symoro_elastic.machine.formula import Formula
 
 

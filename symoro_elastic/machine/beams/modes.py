@@ -18,8 +18,8 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_sections import AXIAL, TORSION
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
+from symoro_elastic.machine.beams.sections import AXIAL, TORSION
 from symoro_elastic.machine.flexible import FlexibleBody, integrals_of, without_rounding
 from symoro_elastic.machine.formula import Formula
 

@@ -12,9 +12,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from symoro_elastic.machine.beam_deflections import Joints, Line, Rule, slowness
-from symoro_elastic.machine.beam_places import joints_along
-from symoro_elastic.machine.beam_sections import AREA, AXIAL, POLAR, SHEAR, SQUARES, TORSION, Profile, operand, product
+from symoro_elastic.machine.beams.deflections import Joints, Line, Rule, slowness
+from symoro_elastic.machine.beams.places import joints_along
+from symoro_elastic.machine.beams.sections import AREA, AXIAL, POLAR, SHEAR, SQUARES, TORSION, Profile, operand, product
 from symoro_elastic.machine.formula import Formula
 
 MOST_MODES = 6

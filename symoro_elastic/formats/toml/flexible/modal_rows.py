@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.formats.toml.beams import END, displacement, own_axes
+from symoro_elastic.formats.toml.flexible.beams import END, displacement, own_axes
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_modes import ALONG, ModalBeam, Mode, modal_beam
-from symoro_elastic.machine.beam_sections import AXIAL, TORSION
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
+from symoro_elastic.machine.beams.modes import ALONG, ModalBeam, Mode, modal_beam
+from symoro_elastic.machine.beams.sections import AXIAL, TORSION
 from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
 from symoro_elastic.machine.joints import SELECTED
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from symoro_elastic.formats.robots.robot import Placement
-from symoro_elastic.formats.toml.beams import AUTO, END, HEADING, JOINTS, RULE, TOLERANCE, UP_TO
-from symoro_elastic.formats.toml.flexible import place_of_row
+from symoro_elastic.formats.toml.flexible.beams import AUTO, END, HEADING, JOINTS, RULE, TOLERANCE, UP_TO
+from symoro_elastic.formats.toml.flexible.parts import place_of_row
 from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_errors import bending_of, errors_by_joints
-from symoro_elastic.machine.beam_places import RULES
-from symoro_elastic.machine.beams import Beam
+from symoro_elastic.machine.beams.beam import Beam
+from symoro_elastic.machine.beams.errors import bending_of, errors_by_joints
+from symoro_elastic.machine.beams.places import RULES
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Body, Kind
 

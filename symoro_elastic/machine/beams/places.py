@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_deflections import (
+from symoro_elastic.machine.beams.deflections import (
     POLYNOMIALS,
     Joints,
     Line,

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.beam_sections import AREA, AXIAL, TORSION, Profile
+from symoro_elastic.machine.beams.sections import AREA, AXIAL, TORSION, Profile
 
 Rule = tuple[tuple[float, ...], tuple[float, ...]]
 """Places of joints as fractions of the length, and fractions w of the compliance that it would have if uniform."""

@@ -1,0 +1,1 @@
+"""Flexible parts of machine files: cells of six springs, beams, and bodies by modes."""

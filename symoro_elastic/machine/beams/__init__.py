@@ -1,0 +1,1 @@
+"""Beams: sections, joints at fitted places, modes, and their errors."""
