@@ -12,6 +12,7 @@ from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
+    from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements
     from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts
 
 NOTHING: Mapping[str, str] = {}
@@ -51,9 +52,8 @@ def flexible(
         For files that hold no model, models that are fixed already, and nodes that determine no position.
     """
     from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
-    from symoro_elastic.analysis.fe_bodies.matrix_files import SUFFIXES
     from symoro_elastic.analysis.fe_bodies.reduction import modal_body
-    from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_matrices, of_mesh
+    from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_mesh
     from symoro_elastic.formats.modes_file import load
 
     file = str(source)
@@ -62,14 +62,24 @@ def flexible(
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces) + len(rails), modes, scale)
-    if has_matrix := bool(mass or nodes or Path(file).suffix.lower() in SUFFIXES):
-        _refuse_part(mass, nodes, scale, mass_unit)
-    unit = MASSES[mass_unit or "kg"]
-    model = of_matrices(file, str(mass), str(nodes), scale, unit) if has_matrix else of_mesh(file, material, scale)
+    model = _of_matrices(file, mass, nodes, scale, mass_unit) or of_mesh(file, material, scale)
     rigid = [name for name, text in interfaces.items() if text.endswith(RIGID)]
     ends = {name: nodes_of(model, text.removesuffix(RIGID), f"--interface {name}") for name, text in interfaces.items()}
     strips = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}
     return FlexibleModes(file, modal_body(model, nodes_of(model, fixed, "--fixed"), ends, modes, strips, rigid))
+
+
+def _of_matrices(
+    file: str, mass: str | Path | None, nodes: str | Path | None, scale: float, mass_unit: str
+) -> FiniteElements | None:
+    """The model of matrices; None for a mesh."""
+    from symoro_elastic.analysis.fe_bodies.matrix_files import SUFFIXES
+    from symoro_elastic.analysis.fe_bodies.sources import of_matrices
+
+    if not (mass or nodes or Path(file).suffix.lower() in SUFFIXES):
+        return None
+    _refuse_part(mass, nodes, scale, mass_unit)
+    return of_matrices(file, str(mass), str(nodes), scale, MASSES[mass_unit or "kg"])
 
 
 def flexible_parts(
