@@ -72,6 +72,7 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
         assert toml.read("\n\n".join([*blocks[:k], active, *blocks[k + 1 :]]), "machine.toml") != machine
 
 
+@pytest.mark.thorough
 def test_the_limbs_of_a_delta_are_equal() -> None:
     """Two modes at one frequency, and drives with equal gains."""
     machine = toml.read(starting_text("machine", "delta"), "machine.toml")

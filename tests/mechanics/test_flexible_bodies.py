@@ -85,6 +85,7 @@ def test_modes_are_mass_points_in_all_models(seed: int) -> None:
     assert max(differences(points, modal, (*MODELS, *OTHERS), seed).values()) < SAME
 
 
+@pytest.mark.thorough
 def test_derivatives_and_linear_models_are_those_of_mass_points() -> None:
     points, modal = two_machines(3, 2, False)
     assert max(differences(points, modal, OTHERS[-3:], 3).values()) < SAME

@@ -56,6 +56,7 @@ def ratio(rung: Rung, measured: Measured, tolerance: Mapping[str, float]) -> flo
     return relative(rung.predicted, tolerance) / relative(measured.model, tolerance)
 
 
+@pytest.mark.thorough
 def test_errors_without_modes_are_those_predicted() -> None:
     machine, motion = drawn_arm(0)
     prediction = prediction_of(machine, [motion], TOLERANCE)

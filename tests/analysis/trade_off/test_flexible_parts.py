@@ -44,6 +44,7 @@ def test_errors_of_a_beam_are_those_of_its_deflections(tmp_path: Path, joints: i
     assert max(row.predicted[1], row.measured[1]) < 1e-9, "static deflection at the end is exact"
 
 
+@pytest.mark.thorough
 def test_fewest_modes_that_are_enough() -> None:
     shown = run("flexible", EXAMPLES / "flexible_arm.toml", "--within", "2%")
     assert "within 2 %: shoulder 3 modes, elbow 2 modes, wrist 1 mode\n" in shown.stdout
