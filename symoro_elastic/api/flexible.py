@@ -35,6 +35,7 @@ def flexible(
     material: str = "steel",
     scale: float = 1.0,
     mass_unit: str = "",
+    size: float | None = None,
 ) -> FlexibleModes:
     """Return a body by modes: that of a .npz file, or of a finite-element model, which is reduced to one.
 
@@ -43,8 +44,8 @@ def flexible(
     in m, or numbers "1-40,77"; interfaces are averaged, or rigid as "x=0.5:rigid". The body has six modes for each
     interface, so that its compliance is exact, and `modes` more. Rails are strips of nodes along x, y or z, on which a
     row slides (`along`); each has twelve modes under loads along it. `material` of a mesh is a name or "E,nu,density";
-    coordinates times `scale` are metres, 0.001 for mm, where matrices need `mass_unit`: "t" with N, or "kg". The origin
-    of the file is that of the joint's frame.
+    coordinates times `scale` are metres, 0.001 for mm, where matrices need `mass_unit`: "t" with N, or "kg". A solid
+    (.step) is meshed with elements up to `size`, m. The origin of the file is that of the joint's frame.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def flexible(
             raise InputError(COMMAND, "--fixed", "a file of modes is reduced already: leave it out")
         return FlexibleModes(file, load(file))
     _refuse(fixed, len(interfaces) + len(rails), modes, scale)
-    model = _of_matrices(file, mass, nodes, scale, mass_unit) or of_mesh(file, material, scale)
+    model = _of_matrices(file, mass, nodes, scale, mass_unit) or of_mesh(file, material, scale, size)
     rigid = [name for name, text in interfaces.items() if text.endswith(RIGID)]
     ends = {name: nodes_of(model, text.removesuffix(RIGID), f"--interface {name}") for name, text in interfaces.items()}
     strips = {name: nodes_of(model, text, f"--rail {name}") for name, text in rails.items()}

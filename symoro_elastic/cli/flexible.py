@@ -30,7 +30,7 @@ OF_MESH = "--fixed, --interface, --rail, --mass, --nodes or --save"
 
 @command("flexible")
 @click.argument("source", metavar="FILE", type=InputFile())
-@click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, x=0, or 1-40,77.")
+@click.option("--fixed", metavar="NODES", default="", help="Nodes that the joint holds: a set, z=0&x=0.1:0.5, 1-40,77.")
 @INTERFACES
 @RAILS
 @click.option("--mass", metavar="FILE", type=InputFile(), help="Mass matrix of the stiffness FILE.")
@@ -41,6 +41,7 @@ OF_MESH = "--fixed, --interface, --rail, --mass, --nodes or --save"
     help="Of a mesh: steel, cast-iron, aluminium, titanium, mineral-casting, or E,nu,density.",
 )  # fmt: skip
 @click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
+@click.option("--size", metavar="X", type=float, help="Largest element of a solid (.step), m (default: a tenth of it).")
 @click.option("--mass-unit", metavar="UNIT", default="", help="Of matrices in mm: t (with N), or kg.")
 @click.option("--frame", metavar="NAME", default="", help="Of a machine: frame of the compliance (default: the last).")
 @click.option("--at", metavar="JOINT=X", multiple=True, help="Of a machine: position of a motor, rad or m.")
@@ -59,9 +60,10 @@ def flexible(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """FILE is a mesh (gmsh and others, with the extra fe), a stiffness matrix with --mass and --nodes (Matrix Market,
-    CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine names such a file.
-    Of a machine file (.toml), show the errors that its numbers of joints and modes make, or how many are enough.
+    """FILE is a mesh (gmsh and others, extra fe), a solid (.step, extra step), a stiffness matrix with --mass and --nodes
+    (Matrix Market, CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine
+    names such a file. Of a machine file (.toml), show the errors that its numbers of joints and modes make, or how many
+    are enough.
     """
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import numpy as np
 from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
 from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
 from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
-from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
+from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.packages import for_vibrations, import_optional
 from symoro_elastic.machine.names import did_you_mean, quote
 
@@ -26,8 +28,11 @@ MATERIALS: Mapping[str, tuple[float, float, float]] = {
     "mineral-casting": (40e9, 0.25, 2400.0),
 }
 """Modulus of elasticity, Pa, Poisson's ratio, density, kg/m3: usual values, within 5 %, mineral casting within 20 %."""
-PLANE = re.compile(r"([xyz])=([-+.\deE]+)")
+DECIMAL = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+PLANE = re.compile(rf"([xyz])={DECIMAL}(?::{DECIMAL})?")
 NUMBERS = re.compile(r"\d+(-\d+)?(,\d+(-\d+)?)*")
+SOLIDS = (".step", ".stp", ".iges", ".igs", ".brep")
+"""Files of solids that are meshed here."""
 NEAR = 1e-6
 """Of the largest size: how far a node may be from a plane."""
 
@@ -71,13 +76,14 @@ def _nodes(file: str) -> tuple[AnyArray, Array]:
     return table[:, 0].astype(np.int64), table[:, 1:]
 
 
-def of_mesh(file: str, material: str, scale: float) -> FiniteElements:
+def of_mesh(file: str, material: str, scale: float, size: float | None = None) -> FiniteElements:
     """Return the model of a mesh of tetrahedra or hexahedra, with quadratic displacements; raises `InputError`.
 
-    Named sets of faces are groups. Coordinates times `scale` are metres.
+    Named sets of faces are groups. Coordinates times `scale` are metres. A solid (STEP, IGES, BREP) is meshed with
+    elements up to `size`, m, by default a tenth of its size.
     """
     skfem = import_optional("skfem", "a body from a mesh", "fe")
-    mesh = _mesh(skfem, file).scaled(scale)
+    mesh = _mesh(skfem, file, size).scaled(scale)
     element = skfem.ElementTetP2() if "Tet" in type(mesh).__name__ else skfem.ElementHex2()
     E, nu, density = material_of(material)
     basis = skfem.Basis(mesh, element, intorder=ORDER)
@@ -104,15 +110,50 @@ def _outer_triangles(mesh: Any) -> AnyArray:
     return np.asarray(np.where((outward > 0)[:, None], corners, corners[:, ::-1]))
 
 
-def _mesh(skfem: Any, file: str) -> Any:
-    """A mesh of solid elements."""
+def _mesh(skfem: Any, file: str, size: float | None) -> Any:
+    """A mesh of solid elements; that of a solid in a CAD file is made with elements up to a size, m."""
     read_file(file, most=1)
+    if Path(file).suffix.lower() in SOLIDS:
+        with temporary_folder() as folder:
+            return _loaded(skfem, file, _meshed(file, size, Path(folder) / "solid.msh"))
+    if size is not None:
+        raise InputError(file, "--size", f"is of solids that are meshed here, {', '.join(SOLIDS)}: leave it out")
+    return _loaded(skfem, file, file)
+
+
+def _meshed(file: str, size: float | None, mesh: Path) -> str:
+    """The file of a mesh of tetrahedra of a solid, in m."""
+    if size is not None and not 0 < size < inf:
+        raise InputError(file, "--size", f"{size:g} must be above 0, m")
+    gmsh = import_optional("gmsh", "a mesh of a solid", "step")
+    gmsh.initialize([], readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        gmsh.merge(file)
+        if not gmsh.model.getEntities(3):
+            raise InputError(file, "file", "has no solid: export closed surfaces as a solid")
+        if size is not None:
+            gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.model.mesh.generate(3)
+        gmsh.write(str(mesh))
+    except InputError:
+        raise
+    except Exception as error:  # whatever the mesher raises
+        raise InputError(file, "file", f"cannot be meshed: {str(error)[:120]}") from None
+    finally:
+        gmsh.finalize()
+    return str(mesh)
+
+
+def _loaded(skfem: Any, source: str, file: str) -> Any:
+    """The mesh in a file; `source` is that which messages name."""
     try:
         mesh = skfem.Mesh.load(file)
     except Exception as error:
-        raise InputError(file, "file", f"no mesh can be read: {str(error)[:120]}") from None
+        raise InputError(source, "file", f"no mesh can be read: {str(error)[:120]}") from None
     if not any(kind in type(mesh).__name__ for kind in ("Tet", "Hex")):
-        raise InputError(file, "file", "has no tetrahedra and no hexahedra: mesh the volume")
+        raise InputError(source, "file", "has no tetrahedra and no hexahedra: mesh the volume")
     return mesh
 
 
@@ -131,19 +172,31 @@ def material_of(text: str) -> tuple[float, float, float]:
 
 
 def nodes_of(model: FiniteElements, text: str, option: str) -> AnyArray:
-    """Return indices of nodes: a group of the mesh, a plane "x=0.5" in m, or numbers "1-40,77"; raises `InputError`."""
+    """Return indices of nodes: a group of the mesh, planes in m, or numbers "1-40,77"; raises `InputError`.
+
+    A plane is "x=0.5", what is between two of them "x=0.1:0.5"; & joins several.
+    """
     if text in model.groups:
         return model.groups[text]
-    if plane := PLANE.fullmatch(text.replace(" ", "")):
-        at = model.x[:, "xyz".index(plane[1])]
-        chosen = np.flatnonzero(np.abs(at - float(plane[2])) <= NEAR * np.ptp(model.x, axis=0).max())
+    planes = [PLANE.fullmatch(part) for part in text.replace(" ", "").split("&")]
+    if all(planes):
+        near = NEAR * np.ptp(model.x, axis=0).max()
+        chosen = np.flatnonzero(np.all([_is_at(model.x, plane, near) for plane in planes if plane], axis=0))
     elif NUMBERS.fullmatch(text):
         ends = [[int(x) for x in part.split("-")] for part in text.split(",")]
         wanted = np.concatenate([np.arange(part[0], part[-1] + 1) for part in ends])
         chosen = np.flatnonzero(np.isin(model.numbers, wanted))
     else:
-        what = f"no group {quote(text)}{did_you_mean(text, model.groups)}; or give a plane, x=0.5, or numbers, 1-40,77"
+        others = "or give planes, z=0.3&x=0.1:0.5, or numbers, 1-40,77"
+        what = f"no group {quote(text)}{did_you_mean(text, model.groups)}; {others}"
         raise InputError(model.source, option, what)
     if not len(chosen):
         raise InputError(model.source, option, f"no node at {quote(text)}: coordinates are in m")
     return chosen
+
+
+def _is_at(x: Array, plane: re.Match[str], near: float) -> BoolArray:
+    """Which of the points x (n, 3) are on a plane, or between two."""
+    axis, low, high = plane.groups()
+    at = x[:, "xyz".index(axis)]
+    return np.asarray((at >= float(low) - near) & (at <= float(high or low) + near))

@@ -9,6 +9,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.analysis.fe_bodies.rails import rail_of
+from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_mesh
 from symoro_elastic.formats.modes_file import ModalBody, Rail, load, save
 from symoro_elastic.formats.toml.flexible.modal_rows import _of_beam, along_beam
 from symoro_elastic.formats.toml.reading import read
@@ -151,6 +152,18 @@ def test_rails_that_are_refused(tmp_path: Path, change: dict[str, Array | None],
     with pytest.raises(InputError) as error:
         load(tmp_path / "bed.npz")
     assert what in str(error.value)
+
+
+def test_a_part_of_a_plane_is_a_strip(bed: str) -> None:
+    model = of_mesh(bed, "steel", 1.0)
+    part = nodes_of(model, f"z={HEIGHT} & x=0.1:1.1 & y=0.1:0.2", "--rail")
+    x = model.x[part]
+    assert x.min(axis=0) == pytest.approx([0.1, 0.1, HEIGHT]) and x.max(axis=0) == pytest.approx([1.1, 0.2, HEIGHT])
+    assert {*model.groups["rail"]} == {*part}
+    for text, what in (("z=0.12&x=e", "no group 'z=0.12&x=e'"), ("z=0.12&x=3:4", "no node at 'z=0.12&x=3:4'")):
+        with pytest.raises(InputError) as error:
+            nodes_of(model, text, "--rail")
+        assert what in str(error.value)
 
 
 def test_nodes_that_are_no_rail(bed: str) -> None:
