@@ -61,8 +61,9 @@ def flexible(
     **options: Any,
 ) -> None:
     """FILE is a mesh (extra fe), a solid (.step, extra step), a stiffness matrix with --mass and --nodes (Matrix
-    Market, CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine names such a file.
-    Of a machine file (.toml), show the errors that its numbers of joints and modes make, or how many are enough.
+    Market, CalculiX, Nastran DMIG, Abaqus), or a file of modes, which is described. [flexible] of a machine names
+    such a file. Of a machine file (.toml), show the errors that its numbers of joints and modes make, or how many
+    are enough.
     """
     from symoro_elastic.api import flexible as operations
     from symoro_elastic.formats.modes_file import save as save_body
