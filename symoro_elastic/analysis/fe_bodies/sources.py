@@ -115,13 +115,13 @@ def _mesh(skfem: Any, file: str, size: float | None) -> Any:
     read_file(file, most=1)
     if Path(file).suffix.lower() in SOLIDS:
         with temporary_folder() as folder:
-            return _loaded(skfem, file, _meshed(file, size, Path(folder) / "solid.msh"))
+            return _loaded(skfem, file, _mesh_of_solid(file, size, Path(folder) / "solid.msh"))
     if size is not None:
         raise InputError(file, "--size", f"is of solids that are meshed here, {', '.join(SOLIDS)}: leave it out")
     return _loaded(skfem, file, file)
 
 
-def _meshed(file: str, size: float | None, mesh: Path) -> str:
+def _mesh_of_solid(file: str, size: float | None, mesh: Path) -> str:
     """The file of a mesh of tetrahedra of a solid, in m."""
     if size is not None and not 0 < size < inf:
         raise InputError(file, "--size", f"{size:g} must be above 0, m")
@@ -187,8 +187,8 @@ def nodes_of(model: FiniteElements, text: str, option: str) -> AnyArray:
         wanted = np.concatenate([np.arange(part[0], part[-1] + 1) for part in ends])
         chosen = np.flatnonzero(np.isin(model.numbers, wanted))
     else:
-        others = "or give planes, z=0.3&x=0.1:0.5, or numbers, 1-40,77"
-        what = f"no group {quote(text)}{did_you_mean(text, model.groups)}; {others}"
+        ways_out = "or give planes, z=0.3&x=0.1:0.5, or numbers, 1-40,77"
+        what = f"no group {quote(text)}{did_you_mean(text, model.groups)}; {ways_out}"
         raise InputError(model.source, option, what)
     if not len(chosen):
         raise InputError(model.source, option, f"no node at {quote(text)}: coordinates are in m")
