@@ -30,7 +30,8 @@ from symoro_elastic.foundation.version import __version__ as __version__
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control as Control
     from symoro_elastic.analysis.control.lobes import Lobes as Lobes
-    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes as FlexibleModes
+    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes as FlexibleModes
+    from symoro_elastic.analysis.flexible.parts import FlexibleParts as FlexibleParts
     from symoro_elastic.analysis.ladder.reduced import Reduced as Reduced
     from symoro_elastic.analysis.ladder.rungs import Ladder as Ladder
     from symoro_elastic.analysis.poses.evaluation import Evaluation as Evaluation
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.simulated import Simulations as Simulations
     from symoro_elastic.analysis.singularities.singularities import Singularities as Singularities
     from symoro_elastic.analysis.sweeps.sweep import Sweep as Sweep
-    from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts as FlexibleParts
     from symoro_elastic.analysis.trade_off.trade import Trade as Trade
     from symoro_elastic.analysis.vibration.comparison import Comparison as Comparison
     from symoro_elastic.analysis.vibration.feed_forward import FeedForward as FeedForward
@@ -112,8 +112,8 @@ _MODULES = {
     "api.vibrations": "compare feed_forward linearize modes response",
     "analysis.control.control": "Control",
     "analysis.control.lobes": "Lobes",
-    "analysis.fe_bodies.fe_body": "FlexibleModes",
-    "analysis.trade_off.flexible_parts": "FlexibleParts",
+    "analysis.flexible.fe_body": "FlexibleModes",
+    "analysis.flexible.parts": "FlexibleParts",
     "analysis.ladder.reduced": "Reduced",
     "analysis.ladder.rungs": "Ladder",
     "analysis.poses.evaluation": "Evaluation",

@@ -11,9 +11,9 @@ from symoro_elastic.api.kinds import COMMAND
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
-    from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements
-    from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts
+    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
+    from symoro_elastic.analysis.flexible.parts import FlexibleParts
+    from symoro_elastic.analysis.flexible.reduction import FiniteElements
 
 NOTHING: Mapping[str, str] = {}
 AT_ZERO: Mapping[str, float] = {}
@@ -52,9 +52,9 @@ def flexible(
     InputError
         For files that hold no model, models that are fixed already, and nodes that determine no position.
     """
-    from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
-    from symoro_elastic.analysis.fe_bodies.reduction import modal_body
-    from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_mesh
+    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
+    from symoro_elastic.analysis.flexible.reduction import modal_body
+    from symoro_elastic.analysis.flexible.sources import nodes_of, of_mesh
     from symoro_elastic.formats.modes_file import load
 
     file = str(source)
@@ -74,8 +74,8 @@ def _of_matrices(
     file: str, mass: str | Path | None, nodes: str | Path | None, scale: float, mass_unit: str
 ) -> FiniteElements | None:
     """The model of matrices; None for a mesh."""
-    from symoro_elastic.analysis.fe_bodies.matrix_files import SUFFIXES
-    from symoro_elastic.analysis.fe_bodies.sources import of_matrices
+    from symoro_elastic.analysis.flexible.matrix_files import SUFFIXES
+    from symoro_elastic.analysis.flexible.sources import of_matrices
 
     if not (mass or nodes or Path(file).suffix.lower() in SUFFIXES):
         return None
@@ -97,7 +97,7 @@ def flexible_parts(
     InputError
         For files without such parts, unknown frames and joints, and machines without a static compliance.
     """
-    from symoro_elastic.analysis.trade_off.flexible_parts import flexible_parts
+    from symoro_elastic.analysis.flexible.parts import flexible_parts
     from symoro_elastic.api.poses import frame_of
 
     if within is not None and not 0 < within < inf:

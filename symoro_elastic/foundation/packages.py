@@ -17,7 +17,7 @@ def import_optional(module: str, work: str, extra: str) -> Any:
     package = DISTRIBUTIONS.get(package, package)
     try:
         return import_module(module)
-    except ImportError as error:
+    except (ImportError, OSError) as error:  # OSError: a library of the system is missing
         missing = isinstance(error, ModuleNotFoundError) and error.name == module.partition(".")[0]
         what = f"{work} needs {package}: pip install 'symoro-elastic[{extra}]'"
         broken = f"{package} is installed, but cannot be loaded: {error}"

@@ -14,6 +14,8 @@ from tests.golden import ROOT
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS: dict[str, list[str]] = PROJECT["optional-dependencies"]
 OF_CONTRIBUTORS = {"dev", "dev-all", "docs", "benchmarks"}
+COPYLEFT = {"step"}
+"""Extras whose packages have the GPL: users who ask for all do not get them."""
 BOUNDED_ABOVE: dict[str, str] = {}
 """Packages whose next major version is known to break what needs them."""
 PYTHONS = ("3.11", "3.12", "3.13")
@@ -52,7 +54,7 @@ def test_a_package_has_one_bound() -> None:
 
 def test_extras_name_one_another() -> None:
     assert names("identify") == names("analysis") == {"scipy", "matplotlib", "tomlkit"}
-    users = set(EXTRAS) - OF_CONTRIBUTORS - {"all"}
+    users = set(EXTRAS) - OF_CONTRIBUTORS - {"all", *COPYLEFT}
     assert names("all") == set().union(*map(names, users))
     assert names("dev") < names("dev-all") and names("docs") | names("all") < names("dev-all")
     assert not names("dev") & {"jax", "casadi", "mujoco", "pin", "cmake", "zensical"}, "light for a beginning"

@@ -26,7 +26,7 @@ OF_NUMPY = {"load", "save", "loadtxt", "genfromtxt", "savetxt", "fromfile", "tof
 NO_FILE_OF_A_USER = {
     ("cli/__init__.py", "open(os.devnull, 'w')"): "what is printed has nowhere to go",
     ("formats/modes_file.py", "np.load(io.BytesIO(content), allow_pickle=False)"): "bytes that were read by the doors",
-    ("analysis/fe_bodies/matrix_files.py", "np.loadtxt(lines or ['none'], ndmin=2)"): "lines of a text",
+    ("analysis/flexible/matrix_files.py", "np.loadtxt(lines or ['none'], ndmin=2)"): "lines of a text",
     ("analysis/time_series/reading.py", "archive.open(info)"): "a member of an archive that is open",
 }
 

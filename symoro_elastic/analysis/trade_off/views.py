@@ -13,7 +13,6 @@ from symoro_elastic.analysis.trade_off.advice import Advice, commands, sentence
 from symoro_elastic.analysis.trade_off.builds import CONTRACTED, FAST_MATH, PAIRED, PLAIN, SEPARATE, WITH_LIBM
 from symoro_elastic.analysis.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement, front
 from symoro_elastic.analysis.trade_off.drift import Drift
-from symoro_elastic.analysis.trade_off.flexible_parts import FlexibleParts, PartErrors
 from symoro_elastic.analysis.trade_off.formulations import BY_MATRIX, RECURSION
 from symoro_elastic.analysis.trade_off.guaranteed import GuaranteedCurve, GuaranteedPoint
 from symoro_elastic.analysis.trade_off.trade import Trade
@@ -26,8 +25,6 @@ from symoro_elastic.numerics.within.budget import Error
 
 Levels = Mapping[str, Hashable]
 """The level of every factor in a configuration, by its name."""
-LEAST = 1e-9
-"""Relative errors of frequencies and compliances below which they are rounding."""
 FACTOR_FLAGS = (FAST_MATH, WITH_LIBM, PAIRED, SEPARATE, *CONTRACTED.values())
 """Flags that are factors by themselves."""
 declare(Error, Field("error", "value"), Field("word", lambda x: str(x.evidence)))
@@ -352,50 +349,3 @@ def _contribution(part: Error) -> tuple[str, str]:
 
 def _share(x: float) -> str:
     return at_most(x) if x else "0"
-
-
-def _count(row: PartErrors) -> str:
-    """The number of joints or modes of a row, and which."""
-    return f"{row.count} {row.what if row.count > 1 else row.what[:-1]}"
-
-
-def _percent(x: float) -> str:
-    """Text of a relative error."""
-    return "-" if math.isnan(x) else f"{100 * x:.2g} %" if x > LEAST else "0"
-
-
-declare(
-    PartErrors,
-    Field("part", head="part"),
-    Field("count", head="joints or modes", text=_count),
-    Field("what"),
-    Field("predicted"),
-    Field("measured"),
-    Field("of_modes", head="frequencies, predicted", json=False, text=lambda x: _percent(x.predicted[0])),
-    Field("of_modes", head="measured", json=False, text=lambda x: _percent(x.measured[0])),
-    Field("compliance", head="compliance, predicted", json=False, text=lambda x: _percent(x.predicted[1])),
-    Field("compliance", head="measured", json=False, text=lambda x: _percent(x.measured[1])),
-    Field("operations", head="operations"),
-    Field("present", head="", text=lambda x: "in the file" if x.count == x.present else ""),
-)
-declare(
-    FlexibleParts,
-    Field("machine"),
-    Field("frame", "frame_name"),
-    Field("within"),
-    Field("rows"),
-    Field("advised", lambda x: {name: row and row.count for name, row in x.advised.items()}),
-)
-
-
-@parts_of.register
-def _(result: FlexibleParts) -> list[Part]:
-    """Return a row for each number of joints or modes, and which are enough."""
-    title = f"{result.machine}: errors of first frequencies and of the compliance of {result.frame_name}, motors held"
-    parts: list[Part] = [table_of(PartErrors, result.rows, title)]
-    if result.within is not None:
-        enough = [f"{name} {_count(row)}" for name, row in result.advised.items() if row]
-        lacking = [name for name, row in result.advised.items() if not row]
-        parts += [f"within {_percent(result.within)}: {', '.join(enough)}"] if enough else []
-        parts += [f"not enough with all that can be tried: {', '.join(lacking)}"] if lacking else []
-    return parts

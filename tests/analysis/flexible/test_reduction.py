@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, modal_body
-from symoro_elastic.analysis.fe_bodies.sources import of_mesh
+from symoro_elastic.analysis.flexible.reduction import FiniteElements, modal_body
+from symoro_elastic.analysis.flexible.sources import of_mesh
 from symoro_elastic.formats.modes_file import load
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError

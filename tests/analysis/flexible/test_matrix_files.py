@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
-from symoro_elastic.analysis.fe_bodies.reduction import FiniteElements, modal_body
-from symoro_elastic.analysis.fe_bodies.solid_elements import SolidElements
+from symoro_elastic.analysis.flexible.matrix_files import matrix_of_nodes
+from symoro_elastic.analysis.flexible.reduction import FiniteElements, modal_body
+from symoro_elastic.analysis.flexible.solid_elements import SolidElements
 from symoro_elastic.formats.modes_file import ModalBody
 from symoro_elastic.foundation.errors import InputError
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.fe_bodies.rails import FITTED, loads_along, rail_of
+from symoro_elastic.analysis.flexible.rails import FITTED, loads_along, rail_of
 from symoro_elastic.formats.modes_file import Interface, ModalBody
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError

@@ -11,7 +11,10 @@ import symoro_elastic as se
 from tests.command_line import refused
 
 pytest.importorskip("skfem")
-gmsh = pytest.importorskip("gmsh", exc_type=ImportError)
+try:
+    import gmsh
+except (ImportError, OSError) as error:  # OSError: libraries of a screen are missing
+    pytest.skip(f"gmsh: {error}", allow_module_level=True)
 
 LENGTH, WIDTH, HEIGHT = 0.5, 0.05, 0.03
 E, DENSITY = 210e9, 7850.0

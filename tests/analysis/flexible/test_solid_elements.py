@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
+from symoro_elastic.analysis.flexible.solid_elements import ORDER, SolidElements
 
 skfem = pytest.importorskip("skfem")
 DENSITY, LAME = 7.0, (3.0, 2.0)

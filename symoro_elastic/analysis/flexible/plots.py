@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from symoro_elastic.analysis.fe_bodies.fe_body import FlexibleModes
-from symoro_elastic.analysis.fe_bodies.views import MOST_ROWS
+from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
+from symoro_elastic.analysis.flexible.views import MOST_ROWS
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import dots
 from symoro_elastic.foundation.results import figures_of

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.analysis.fe_bodies.rails import rail_of
-from symoro_elastic.analysis.fe_bodies.sources import nodes_of, of_mesh
+from symoro_elastic.analysis.flexible.rails import rail_of
+from symoro_elastic.analysis.flexible.sources import nodes_of, of_mesh
 from symoro_elastic.formats.modes_file import ModalBody, Rail, load, save
 from symoro_elastic.formats.toml.flexible.modal_rows import _of_beam, along_beam
 from symoro_elastic.formats.toml.reading import read

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.fe_bodies.matrix_files import matrix_of_nodes
-from symoro_elastic.analysis.fe_bodies.reduction import SAME, FiniteElements
-from symoro_elastic.analysis.fe_bodies.solid_elements import ORDER, SolidElements
+from symoro_elastic.analysis.flexible.matrix_files import matrix_of_nodes
+from symoro_elastic.analysis.flexible.reduction import SAME, FiniteElements
+from symoro_elastic.analysis.flexible.solid_elements import ORDER, SolidElements
 from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file

@@ -1,1 +1,0 @@
-"""Finite-element models reduced to bodies by modes."""
