@@ -174,7 +174,6 @@ def bending() -> Function:
     return case("spring").function
 
 
-@pytest.mark.thorough
 @given(st.tuples(ENDS, WIDTHS), st.tuples(ENDS, WIDTHS), st.integers(0, 2**32 - 1), st.integers(-3, 3))
 @also((-math.pi, 2 * math.pi), (0.7, 0.0), 2**31, 0)
 @also((0.1, 0.0), (0.7, 0.0), 2**31, 0)
