@@ -44,8 +44,8 @@ def _(result: FlexibleModes) -> list[Part]:
     return [result.headline, f"centre of mass at {center} m from the joint", table, *more, yields, *body.doubts]
 
 
-def _count(row: PartErrors) -> str:
-    """The number of joints or modes of a row, and which."""
+def count_text(row: PartErrors) -> str:
+    """Return the number of joints or modes of a row, and which."""
     return f"{row.count} {row.what if row.count > 1 else row.what[:-1]}"
 
 
@@ -57,7 +57,7 @@ def _percent(x: float) -> str:
 declare(
     PartErrors,
     Field("part", head="part"),
-    Field("count", head="joints or modes", text=_count),
+    Field("count", head="joints or modes", text=count_text),
     Field("what"),
     Field("predicted"),
     Field("measured"),
@@ -84,7 +84,7 @@ def _(result: FlexibleParts) -> list[Part]:
     title = f"{result.machine}: errors of first frequencies and of the compliance of {result.frame_name}, motors held"
     parts: list[Part] = [table_of(PartErrors, result.rows, title)]
     if result.within is not None:
-        enough = [f"{name} {_count(row)}" for name, row in result.advised.items() if row]
+        enough = [f"{name} {count_text(row)}" for name, row in result.advised.items() if row]
         lacking = [name for name, row in result.advised.items() if not row]
         parts += [f"within {_percent(result.within)}: {', '.join(enough)}"] if enough else []
         parts += [f"not enough with all that can be tried: {', '.join(lacking)}"] if lacking else []
