@@ -1,8 +1,9 @@
 """Joints or modes that the beams and bodies of a machine file need: what fewer of them change, and cost.
 
 One part is varied at a time; frequencies and the compliance of a frame are those of the machine with motors held. An
-error with k joints or modes is predicted by k + 1 of them, and measured by a reference: six modes with stiffening
-where the part can have them, else 12 equal joints; all modes of a file.
+error with k joints or modes is predicted by k + 1 of them, of a beam by k + 2 modes, since every second one adds a mode
+of torsion. It is measured by a reference: six modes, with stiffening where the part can have it, else 12 equal joints;
+all modes of a file.
 """
 
 from __future__ import annotations
@@ -125,6 +126,11 @@ class Part:
     references: Sequence[Entry]
     keeps: Sequence[Entry] = ()
 
+    @property
+    def step(self) -> int:
+        """How many joints or modes more predict an error."""
+        return 2 if self.heading == BEAMS and self.what == "modes" else 1
+
     def entries(self, count: int) -> Sequence[Entry]:
         """Entries with so many joints or modes, the first that can be read counts; 0 for the reference."""
         if not count:
@@ -148,24 +154,27 @@ def flexible_parts(
     name = frame(machine)
     present = _figures(machine, name, at)
 
+    known: dict[tuple[str, int], Figures | None] = {}
+
     def figures(part: Part, count: int) -> Figures | None:
         """Those of the machine with so many joints or modes of a part, 0 for the reference; None if it has none."""
-        varied = machine if count == part.present else _read(top, part, part.entries(count))
-        if varied is machine:
+        if count == part.present:
             return present
-        return None if varied is None else _figures(varied, name, at)
+        if (part.name, count) not in known:
+            varied = _read(top, part, part.entries(count))
+            known[part.name, count] = None if varied is None else _figures(varied, name, at)
+        return known[part.name, count]
 
     rows: list[PartErrors] = []
     for part in parts:
         exact, count = figures(part, 0), part.present if within is None else 1
-        now = figures(part, count)
-        while now is not None:
-            following = figures(part, count + 1)
+        while (now := figures(part, count)) is not None:
+            following = figures(part, count + part.step)
             predicted, measured = (UNKNOWN if x is None else now.apart(x) for x in (following, exact))
             rows.append(PartErrors(part.name, part.what, count, predicted, measured, now.operations, part.present))
             if within is None or max(predicted) <= within:
                 break
-            now, count = following, count + 1
+            count += 1
     return FlexibleParts(machine.name, name, tuple(rows), within)
 
 

@@ -52,7 +52,7 @@ def test_fewest_modes_that_are_enough() -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("example", "within"), [("flexible_arm", 0.05), ("cantilever", 0.01), ("flexible_gantry", 0.1)]
+    ("example", "within"), [("flexible_arm", 0.05), ("cantilever", 0.01), ("flexible_gantry", 0.3)]
 )
 def test_advised_numbers_are_enough_for_the_machine(example: str, within: float) -> None:
     """Errors above 0.1 % are predicted within 0.7 to 1.4 of the measured ones."""
