@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from symoro_elastic.api.kinds import number
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, InputFile, OutputFile, writes
 from symoro_elastic.cli.output import print_result, steps
@@ -99,8 +100,8 @@ def _by_name(texts: tuple[str, ...], option: str) -> dict[str, str]:
 
 
 def _number(option: str, text: str) -> float:
-    """A number, or one in percent."""
+    """A number, as in a machine file, or one in percent."""
     try:
-        return float(text.rstrip("% ")) / (100 if "%" in text else 1)
+        return float(number(text.rstrip("% "), "")) / (100 if "%" in text else 1)
     except ValueError:
         raise InputError("symoro-elastic", option, f"{text!r} is no number") from None

@@ -154,16 +154,16 @@ def flexible_parts(
     name = frame(machine)
     present = _figures(machine, name, at)
 
-    known: dict[tuple[str, int], Figures | None] = {}
+    by_count: dict[tuple[str, int], Figures | None] = {}
 
     def figures(part: Part, count: int) -> Figures | None:
         """Those of the machine with so many joints or modes of a part, 0 for the reference; None if it has none."""
         if count == part.present:
             return present
-        if (part.name, count) not in known:
+        if (part.name, count) not in by_count:
             varied = _read(top, part, part.entries(count))
-            known[part.name, count] = None if varied is None else _figures(varied, name, at)
-        return known[part.name, count]
+            by_count[part.name, count] = None if varied is None else _figures(varied, name, at)
+        return by_count[part.name, count]
 
     rows: list[PartErrors] = []
     for part in parts:
