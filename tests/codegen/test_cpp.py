@@ -25,10 +25,12 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.numerics.verification.implementations import import_package
+from tests.benchmarks.machines import humanoid, quadruped
 from tests.closed_chains.machines import machine as of_loops
 from tests.codegen.test_local_names import PARAMETERS, VARIABLES, arm
 from tests.codegen.test_time_steps import machine as of_steps
 from tests.models.test_floating_base import on
+from tests.references.limbs import with_limbs
 from tests.references.random_machines import chain, planar_2r, random_machine
 
 COMPILERS = tuple(name for name in ("g++", "clang++") if shutil.which(name))
@@ -46,8 +48,12 @@ CASES = {
     "long": (("inverse_dynamics",), ()),
     "hostile": (("direct_dynamics", "geometric_model"), ()),
     "drives": (("direct_dynamics",), ("w3",)),
+    "quadruped": (("direct_dynamics", "inverse_dynamics", "inertia_matrix"), ("w2",)),
+    "six limbs": (("direct_dynamics", "inverse_dynamics"), ()),
+    "humanoid": (("direct_dynamics",), ()),
 }
 """Models and methods of time steps."""
+LIMBS = ("quadruped", "six limbs")
 PROTOTYPE = re.compile(r"^void (\w+)\(([^)]*)\);", re.MULTILINE)
 ROOM = 2000
 """Entries of each array that is handed to a function: more than any has."""
@@ -68,6 +74,12 @@ def machine(name: str) -> Machine:
         return on(random_machine(3, joints=2, massless=0, friction=False))
     if name == "drives":
         return of_steps(name)
+    if name == "quadruped":
+        return quadruped()
+    if name == "humanoid":
+        return humanoid()
+    if name == "six limbs":
+        return with_limbs(3, 6, symbolic=True)
     if name == "hostile":
         return arm(VARIABLES, (*PARAMETERS, "joints", "motors", "std", "detail", "Scalar", "INT8_MAX", "p_x"))
     return chain(22) if name == "long" else of_loops(name)
@@ -137,7 +149,7 @@ def outcome(library: ctypes.CDLL, function: str, arguments: list[Argument], p: A
     return [np.where(np.isnan(array), 0, array).tobytes() for array in arrays]
 
 
-def differing(name: str, precision: Precision, folder: Path) -> list[str]:
+def differing(name: str, precision: Precision, folder: Path, *flags: str) -> list[str]:
     """Functions of the header whose results are not the bits of those of C."""
     made, files = package(name), {**render_c(package(name), precision), **render_cpp(package(name))}
     for file, text in files.items():
@@ -148,7 +160,7 @@ def differing(name: str, precision: Precision, folder: Path) -> list[str]:
         functions = {f: a for f, a in functions.items() if "_f32" in f}
     (folder / "wrapped.cpp").write_text(wrapped(functions, made, precision.state), encoding="utf-8")
     run(*("gcc", "-std=c99", *SAME, "-o", "c.so", f"{stem}.c", "-lm"), folder=folder)
-    run(*(COMPILERS[0], "-std=c++11", *SAME, *STRICT, "-o", "cpp.so", "wrapped.cpp", "-lm"), folder=folder)
+    run(*(COMPILERS[0], "-std=c++11", *SAME, *STRICT, *flags, "-o", "cpp.so", "wrapped.cpp", "-lm"), folder=folder)
     libraries = [load_library(folder / file) for file in ("c.so", "cpp.so")]
     p = np.array([*(one.value for one in made.parameters), 0.0], precision.state)
     assert len(functions) >= len(made.functions)
@@ -166,8 +178,18 @@ def test_in_double_precision_it_has_the_bits_of_c(name: str, tmp_path: Path) -> 
 
 
 @NEEDS_C
-def test_in_single_precision_it_has_the_bits_of_c(tmp_path: Path) -> None:
-    assert differing("random", SINGLE, tmp_path) == []
+@pytest.mark.parametrize("name", ["random", *LIMBS])
+def test_in_single_precision_it_has_the_bits_of_c(name: str, tmp_path: Path) -> None:
+    assert differing(name, SINGLE, tmp_path) == []
+
+
+@NEEDS_C
+@pytest.mark.parametrize("name", LIMBS)
+def test_congruent_limbs_of_any_scalar_are_side_by_side(name: str, tmp_path: Path) -> None:
+    (header,) = render_cpp(package(name)).values()
+    widths = {"quadruped": {"4"}, "six limbs": {"2", "4"}}
+    assert set(re.findall(r"const lanes(\d) qd\d+ = \{qd\[", header)) == widths[name]
+    assert differing(name, DOUBLE, tmp_path, "-DNO_VECTORS") == []
 
 
 @pytest.mark.parametrize("standard", STANDARDS)
@@ -264,33 +286,33 @@ def test_numbers_in_fixed_point_give_the_results_to_their_resolution(tmp_path: P
 EIGEN = next(iter(Path(site.getsitepackages()[0]).glob("cmeel.prefix/include/eigen3")), None)
 WITH_EIGEN = """
 #include <unsupported/Eigen/AutoDiff>
-typedef Eigen::AutoDiffScalar<Eigen::Matrix<double, 2, 1>> Number;
+const int n = m::joints;
+typedef Eigen::AutoDiffScalar<Eigen::Matrix<double, n, 1>> Number;
 int main()
 {
-    const double state[] = {0.3, -0.7};
-    Number q[2], rest[2], qdd[2];
-    duals::Dual q_dual[2], rest_dual[2], qdd_dual[2];
-    for (int j = 0; j < 2; j++) {
-        q[j] = Number(state[j], 2, j);
+    Number q[n], rest[n], qdd[n];
+    duals::Dual q_dual[n], rest_dual[n], qdd_dual[n];
+    for (int j = 0; j < n; j++) {
+        q[j] = Number(0.3 - j, n, j);
         rest[j] = Number(0.5);
         rest_dual[j] = duals::Dual(0.5);
     }
     m::direct_dynamics(q, rest, rest, m::defaults, qdd);
-    for (int k = 0; k < 2; k++) for (int j = 0; j < 2; j++) std::printf("%.17g ", qdd[j].derivatives()[k]);
-    for (int k = 0; k < 2; k++) {
-        for (int j = 0; j < 2; j++) q_dual[j] = duals::Dual(state[j], j == k);
+    for (int k = 0; k < n; k++) for (int j = 0; j < n; j++) std::printf("%.17g ", qdd[j].derivatives()[k]);
+    for (int k = 0; k < n; k++) {
+        for (int j = 0; j < n; j++) q_dual[j] = duals::Dual(0.3 - j, j == k);
         m::direct_dynamics(q_dual, rest_dual, rest_dual, m::defaults, qdd_dual);
-        for (int j = 0; j < 2; j++) std::printf("%.17g ", qdd_dual[j].d);
+        for (int j = 0; j < n; j++) std::printf("%.17g ", qdd_dual[j].d);
     }
 }
 """
 
 
 @pytest.mark.skipif(EIGEN is None, reason="needs Eigen (cmeel-eigen)")
-def test_expression_templates_of_eigen_differentiate_it(tmp_path: Path) -> None:
-    found, wanted = printed(planar_2r(), "direct_dynamics", WITH_EIGEN, tmp_path, "-isystem", str(EIGEN), "-w").reshape(
-        2, -1
-    )
+@pytest.mark.parametrize("name", ["planar", "six limbs"])
+def test_expression_templates_of_eigen_differentiate_it(name: str, tmp_path: Path) -> None:
+    flags = ("-isystem", str(EIGEN), "-w")
+    found, wanted = printed(machine(name), "direct_dynamics", WITH_EIGEN, tmp_path, *flags).reshape(2, -1)
     assert np.abs(found - wanted).max() < 1e-13 * np.abs(wanted).max()
 
 

@@ -14,7 +14,7 @@ import pytest
 from symoro_elastic.codegen.c.lanes import LanesFunction, in_lanes, operations
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
+from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.targets.c import functions_of, render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
@@ -99,12 +99,26 @@ def vectors_in(package: Package) -> list[LanesFunction | None]:
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("case", CASES)
 def test_lanes_give_the_bits_of_the_text_without_vectors(case: str, compiler: str, tmp_path: Path) -> None:
+    compare_with_numbers(case, compiler, DOUBLE, tmp_path)
+
+
+@pytest.mark.sampled(4)
+@pytest.mark.parametrize("precision", [SINGLE, MIXED], ids=lambda precision: precision.name)
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("case", ["quadruped", "quadruped, folded", "humanoid", "gantry", "limbs 3, 6"])
+def test_lanes_of_floats_do_too(case: str, compiler: str, precision: Precision, tmp_path: Path) -> None:
+    compare_with_numbers(case, compiler, precision, tmp_path)
+
+
+def compare_with_numbers(case: str, compiler: str, precision: Precision, tmp_path: Path) -> None:
+    """Call all models of a case with and without vectors."""
     build, models, fold = CASES[case]
     package = package_of(build(), *models, fold=fold)
-    files = render_c(package)
+    files = render_c(package, precision)
+    assert any("lanes" in text for text in files.values())
     flags = {"lanes": ("-O0", *(TRAPS if compiler == "gcc" else ())), "numbers": ("-O0", "-DNO_VECTORS")}
     lanes, numbers = (
-        CompiledPackage(package, compile_library(files, tmp_path / name, [compiler], [*EXACT, *own]), DOUBLE)
+        CompiledPackage(package, compile_library(files, tmp_path / name, [compiler], [*EXACT, *own]), precision)
         for name, own in flags.items()
     )
     for function in package.functions:
@@ -146,8 +160,7 @@ def test_joints_and_quantities_keep_their_names() -> None:
 def test_machines_without_limbs_and_other_forms_have_no_vectors() -> None:
     assert "lanes" not in render_c(package_of(arm_6(), INVERSE))["rx90.c"]
     package = package_of(quadruped(), INVERSE)
-    for precision in SINGLE, MIXED:
-        assert not any("lanes" in text for text in render_c(package, precision).values())
+    assert not any("lanes" in text for text in render_c(package, DOUBLE_DOUBLE).values())
     assert not any("lanes" in text for text in render_numpy(package).values())
 
 

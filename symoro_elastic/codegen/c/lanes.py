@@ -14,32 +14,31 @@ from dataclasses import replace
 from graphlib import TopologicalSorter
 
 from symoro_elastic.codegen.body import Indices
-from symoro_elastic.codegen.c.function import CFunction, CWriter, of_use
+from symoro_elastic.codegen.c.function import CFunction, CWriter, PartText, of_use
 from symoro_elastic.codegen.c.lines import INDENT, statement
 from symoro_elastic.codegen.c.printers import FUNCTIONS, CPrinter
 from symoro_elastic.codegen.c.rows import Stored
 from symoro_elastic.codegen.outlined import SPILL
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.partition import Part, Step, partition
-from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Text
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.operations import NEGATE, SYMBOL
 from symoro_elastic.symbolic.program import Program, Section, Statement, free_name, names_in
-from symoro_elastic.symbolic.symmetry import Vector, lanes_of
+from symoro_elastic.symbolic.symmetry import WIDTHS, Vector, lanes_of
 
 WORTH = 0.8
 """Part of the operations without vectors that is left where vectors are written: gathers cost what less would save."""
 TYPE = "lanes{}"
-"""The name in C of a vector of so many doubles."""
+"""The name in C of a vector of so many numbers."""
 OPERATORS = re.compile(r" [-+] |[*/]")
 
 
-def in_lanes(function: CFunction) -> LanesFunction | None:
+def in_lanes(function: CFunction, form: type[LanesFunction] | None = None) -> LanesFunction | None:
     """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
-    if not function.package.congruent or function.precision is not DOUBLE:
+    if not function.package.congruent or function.precision.is_pair:
         return None
-    lanes = LanesFunction(function)
+    lanes = (form or LanesFunction)(function)
     return lanes if lanes.lanes.vectors and operations(lanes) <= WORTH * operations(function) else None
 
 
@@ -55,8 +54,9 @@ class Variables:
     only, with their signs. `of_vectors` and `of_numbers` are the texts of all that has a name.
     """
 
-    def __init__(self, program: Program, package: Package) -> None:
-        self.lanes = lanes_of(program.nodes, package.congruent)
+    def __init__(self, program: Program, package: Package, number: str) -> None:
+        """`number` is the type of a number."""
+        self.lanes, self.number = lanes_of(program.nodes, package.congruent), number
         self._package = package
         self._own = {s.node.id: s for s in (*program.once, *program.statements)}
         self.of_numbers = {number: Text(s.negative, s.name, ATOM) for number, s in self._own.items()}
@@ -144,12 +144,29 @@ class Variables:
 
     def type_of(self, name: str) -> str:
         """The type of a variable in C."""
-        return TYPE.format(self.vectors[name].width) if name in self.vectors else "double"
+        return TYPE.format(self.vectors[name].width) if name in self.vectors else self.number
 
-    def in_spill(self, name: str, k: int | str, qualifier: str = "") -> str:
-        """The slot of a variable among those of the longest vectors."""
-        place = f"{SPILL}[{k}]"
-        return f"*({qualifier}{self.type_of(name)} *)&{place}" if name in self.vectors else f"{place}[0]"
+    @property
+    def width(self) -> int:
+        """Number of lanes of the longest vectors."""
+        return max((vector.width for vector in self.vectors.values()), default=min(WIDTHS))
+
+    def from_spill(self, name: str, slot: str) -> str:
+        """A variable read from a slot of the spill array, whose entries are the longest vectors."""
+        lanes = self._in_slot(name, slot)
+        return f"{{{', '.join(lanes)}}}" if len(lanes) > 1 else lanes[0]
+
+    def to_spill(self, name: str, slot: str) -> str:
+        """The line that stores a variable in a slot of the spill array."""
+        lanes = self._in_slot(name, slot)
+        values = [f"{name}[{k}]" for k in range(len(lanes))] if len(lanes) > 1 else [name]
+        return INDENT + " ".join(f"{lane} = {value};" for lane, value in zip(lanes, values, strict=True))
+
+    def _in_slot(self, name: str, slot: str) -> list[str]:
+        """A slot, or the numbers in it where a variable has fewer than the longest vectors."""
+        width = self.vectors[name].width if name in self.vectors else 1
+        place = f"{SPILL}[{slot}]"
+        return [place] if width == self.width else [f"{place}[{k}]" for k in range(width)]
 
 
 class LanesPrinter(CPrinter):
@@ -222,8 +239,8 @@ class LanesWriter(CWriter):
         """The lines that unpack entries of arrays, those of congruent joints into a vector."""
         lanes, used = self.lanes, {*used}
         if SPILL in arguments:
-            spilled = {name: lanes.in_spill(name, k, "const ") for name, k in arguments[SPILL].items() if name in used}
-            return {name: f"{INDENT}const {lanes.type_of(name)} {name} = {place};" for name, place in spilled.items()}
+            spilled = {name: lanes.from_spill(name, k) for name, k in arguments[SPILL].items() if name in used}
+            return {name: f"{INDENT}const {lanes.type_of(name)} {name} = {value};" for name, value in spilled.items()}
         gathered = {name: names for name, names in lanes.gathered.items() if name in used}
         hidden = {name for names in gathered.values() for name in names}
         lines = super().unpack_lines(arguments, used, read)
@@ -237,10 +254,11 @@ class LanesWriter(CWriter):
 class LanesFunction(CFunction):
     """The work of a model on one state, congruent limbs in lanes; `scalar` is the same without vectors."""
 
+    variables = Variables
+
     def __init__(self, scalar: CFunction) -> None:
-        self.scalar, self.lanes = scalar, Variables(scalar.function.program, scalar.package)
-        spilled = TYPE.format(max((vector.width for vector in self.lanes.vectors.values()), default=2))
-        form = replace(scalar.form, number=spilled, outlined=0)
+        self.scalar, self.lanes = scalar, self.variables(scalar.function.program, scalar.package, scalar.form.number)
+        form = replace(scalar.form, number=TYPE.format(self.lanes.width), outlined=0)
         super().__init__(scalar.package, scalar.function, scalar.precision, form)
 
     def _begin_text(self) -> None:
@@ -257,14 +275,19 @@ class LanesFunction(CFunction):
         self.steps = of_use(steps, at_end)
         self.used = at_end.union(*(step.uses for step in self.steps))
         self.constants, self.c, self.outline = self.scalar.constants, self.scalar.c, None
+        self.once_slots = self.scalar.once_slots
         self.parts, self.slots = partition(self.steps, at_end, self.form.part)
+
+    def once_texts(self) -> list[PartText]:
+        """The parts of the work that depends on parameters only, on numbers."""
+        return self.scalar.once_texts()
 
     def _stores(self) -> tuple[list[Stored], frozenset[str]]:
         stored, names = super()._stores()
         return stored, self.in_lanes.names(names)
 
     def _to_spill(self, part: Part) -> list[tuple[str, str]]:
-        return [(name, f"{INDENT}{self.lanes.in_spill(name, k)} = {name};") for name, k in part.live_out.items()]
+        return [(name, self.lanes.to_spill(name, str(k))) for name, k in part.live_out.items()]
 
 
 def _in_order(steps: Sequence[Step]) -> list[Step]:

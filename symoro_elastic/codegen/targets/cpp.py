@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c.function import CFunction
+from symoro_elastic.codegen.c.lanes import TYPE, LanesFunction, Variables, in_lanes
 from symoro_elastic.codegen.c.lines import INDENT, wrap_lines
 from symoro_elastic.codegen.c.printers import FUNCTIONS, OWN_FUNCTIONS, Form
 from symoro_elastic.codegen.c.steps import CSteps
 from symoro_elastic.codegen.c.text import FunctionText, Routine, function_text
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
+from symoro_elastic.codegen.outlined import SPILL
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
-from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import KEYWORDS, LIBRARY, banner, default_lines
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
@@ -26,6 +28,9 @@ SCALAR, PARAMETER = "Scalar", "Parameter"
 MOTORS = "motors_in_q"
 COMMENT = re.compile(r"(/\*.*?\*/)", re.DOTALL)
 HEX = re.compile(r"0x[0-9a-f]+(?:\.[0-9a-f]+)?p[-+]?\d+")
+LANES = re.compile(rf"\b{TYPE.format('([24])')}\b")
+COMPOUND = re.compile(rf"\(({TYPE.format('[24]')})\){{")
+"""A vector of numbers as C writes it."""
 HEAD = re.compile(r"(?:static )?(?:inline )?void (\w+)\(([^)]*)\)", re.DOTALL)
 
 OWN = C_WORDS | words(
@@ -95,8 +100,8 @@ FORM = Form(
 )
 
 
-class _CppFunction(CFunction):
-    """A model as C++: parameter-only values may have another type than the state."""
+class _AnyTypes(CFunction):
+    """Parameter-only values may have another type than the state."""
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> dict[str, str]:  # type: ignore[override]
         return self.once_writer.unpack_lines(groups, used, dict.fromkeys(groups, self.form.load_parameter))
@@ -107,6 +112,28 @@ class _CppFunction(CFunction):
     def stack(self) -> int:
         """Bytes of the work arrays of a call on doubles."""
         return 8 * (self.slots + 3 * len(self.angles))
+
+
+class _CppFunction(_AnyTypes):
+    """A model as C++."""
+
+
+class _Variables(Variables):
+    """Variables that are handed on as numbers, from which compilers infer their type."""
+
+    def _in_slot(self, name: str, slot: str) -> list[str]:
+        width = self.vectors[name].width if name in self.vectors else 1
+        return [f"{SPILL}[{self.width * int(slot) + k}]" for k in range(width)]
+
+
+class _CppLanes(_AnyTypes, LanesFunction):
+    """A model as C++, congruent limbs in lanes."""
+
+    variables = _Variables
+
+    def _partition(self) -> None:
+        super()._partition()
+        self.form, self.slots = replace(self.form, number=SCALAR), self.lanes.width * self.slots
 
 
 @dataclass(frozen=True)
@@ -134,6 +161,8 @@ class HeaderText:
     functions: tuple[ModelText, ...]
     called: frozenset[str]
     has_angles: bool
+    has_lanes: bool
+    precisions: tuple[Precision, ...]
     steps: str
     nodes: Mapping[str, int]
     step_constants: int
@@ -149,6 +178,7 @@ def render_cpp(package: Package) -> Files:
     """Return `<name>.hpp`."""
     package = with_local_names(with_own_results(package), _reserved_names(package))
     functions = [_CppFunction(package, function, ANY, FORM) for function in package.functions]
+    lanes = [in_lanes(function, _CppLanes) for function in functions]
     steps = CSteps(package, ANY, functions)
     called = frozenset(name for function in functions for name in function.printer.called)
     empty = {a.name for f in functions for a in f.signature if not a.entries}
@@ -159,9 +189,11 @@ def render_cpp(package: Package) -> Files:
         macro=package.name.upper(),
         banner=banner(package, ANY),
         defaults=tuple(line.replace("NAN ", "static_cast<double>(NAN) ") for line in default_lines(package, DOUBLE)),
-        functions=tuple(_model(function_text(function), text) for function in functions),
+        functions=tuple(_model(function_text(x or y), text) for x, y in zip(lanes, functions, strict=True)),
         called=called,
         has_angles=any(function.angles for function in functions),
+        has_lanes=any(lanes),
+        precisions=(DOUBLE, SINGLE),
         steps=text.steps(steps.source(), {step.name: step.comment for step in steps.steps}),
         nodes=steps.nodes,
         step_constants=steps.constants,
@@ -246,11 +278,19 @@ class CppText:
         full = {"q", "qd", "qdd"} if re.search(r"_rate(_[a-z]+)?$", name) else set()  # with the base
         for array in self.empty - full:
             arguments = re.sub(rf"\w+ \*{array}\b", f"void *{array}", arguments)
+        typedefs = "".join(self._types_of_lanes(body))
         types = [f"class {type_}" for type_ in (SCALAR, PARAMETER) if re.search(rf"\b{type_}\b", arguments)]
         head = self.without_machine_name(f"inline void {name}({arguments})")
-        body = self._calls.sub(rf"{self.namespace}::\1(", body)
-        lines = "".join(self._declared_use(body)) + _in_code(body, self.without_machine_name)
+        body = COMPOUND.sub(r"\1{", self._calls.sub(rf"{self.namespace}::\1(", body))
+        lines = typedefs + "".join(self._declared_use(body)) + _in_code(body, self.without_machine_name)
         return f"template <{', '.join(types)}>\n{head}\n{{\n{lines}\n}}"
+
+    @staticmethod
+    def _types_of_lanes(body: str) -> Iterator[str]:
+        """Names of the types of vectors in a body."""
+        for width in sorted({*LANES.findall(body)}):
+            name = TYPE.format(width)
+            yield f"{INDENT}typedef typename detail::Lanes<{SCALAR}, {width}>::type {name};\n"
 
     def _declared_use(self, body: str) -> Iterator[str]:
         """Using-declarations of functions of the standard library, for types without own ones."""
