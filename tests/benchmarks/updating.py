@@ -144,6 +144,32 @@ TWO_AXIS = _tables(
 )  # fmt: skip
 
 
+SCREW_DRIVE = {"Kv": 40.0, "Kp": 3.0, "Tn": 0.01, "current": {"lag": 2e-4}, "dead_time": 1e-4, "measured": "table.x"}
+SLIDE_DRIVE = {"Kv": 30.0, "Kp": 6e4, "Tn": 0.02, "current": {"lag": 3e-4}, "dead_time": 2e-4}
+
+
+Pairs = Sequence[tuple[str, str]]
+"""Outputs and inputs."""
+
+
+def driven_responses(tables: Mapping[str, Any], at: Mapping[str, float], pairs: Pairs, f: Any) -> Any:
+    """G (f, pairs) of accelerations under drives: Z of the other program, and the cascade written out here."""
+    program, s = VibratingTables(tables), 2j * np.pi * f
+    q, M, D, K = program.small_motions(at)
+    parts = [(s * s, M), (s, D), (s**0, K)]
+    for motor, drive in tables["drives"].items():
+        v = program.rates(q, motor)
+        p = program._row(q, drive["measured"]) if "measured" in drive else v
+        p = p / (p @ v / (v @ v))
+        lag = np.exp(-drive["dead_time"] * s) / (1 + drive["current"]["lag"] * s)
+        C = drive["Kp"] * (1 + 1 / (drive["Tn"] * s)) * lag
+        parts += [(C * drive["Kv"], np.outer(v, p)), (C * s, np.outer(v, v))]
+    Z = sum(factor[:, None, None] * matrix for factor, matrix in parts)
+    rows, forces = (np.stack([program._row(q, pair[side]) for pair in pairs]) for side in (0, 1))
+    moved = np.linalg.solve(Z, np.broadcast_to(forces.T.astype(complex), (len(f), *forces.T.shape)))
+    return (s * s)[:, None] * np.einsum("po,fop->fp", rows, moved)
+
+
 def portal(found: dict[str, Any]) -> dict[str, Any]:
     """The variables of the gantry's loop: the beam turns and its end slides as carriages differ."""
     apart, W = found["y2"] - found["y1"], 2.0
@@ -162,6 +188,7 @@ class Case:
     band: tuple[float, float]
     dependent: Any = None
     lines: int = LINES
+    drives: Sequence[str] = ()
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
@@ -201,7 +228,18 @@ CASES = {
                    "motor_y.tau": ["motor_x.qdd", "motor_y.qdd", "tool.ax", "tool.ay"]},
         [], [{"motor_x": 0.3, "motor_y": 0.1}, {"motor_x": -0.2, "motor_y": -0.2}], (8, 1200),
     ),
+    "ball_screw under its drive": Case(
+        BALL_SCREW | {"drives": {"motor": SCREW_DRIVE}},
+        dict.fromkeys(("table.fx", "motor.tau"), ("table.ax", "nut.ax", "motor.qdd")), [], [{}], (15, 1500), lines=60,
+        drives=["motor"],
+    ),
+    "lathe under its drives": Case(
+        LATHE | {"drives": dict.fromkeys(("slide_z", "slide_x"), SLIDE_DRIVE)},
+        _xyz("tool", ["saddle.ax", "bed_lift.az"]), [], [{"slide_z": 0.1, "slide_x": 0.05}], (10, 500), lines=100,
+        drives=["slide_z", "slide_x"],
+    ),
 }  # fmt: skip
+DRIVEN = tuple(name for name, case in CASES.items() if case.drives)
 DISTURBANCES = ("", "spikes", "mode above", "mode inside", "masses", "late", "window", "factor")
 MAIN = ("lathe", "milling arm", "ball_screw", "gantry", "two_axis")
 NAMED = 1.2
@@ -212,7 +250,7 @@ TABLE = dict.fromkeys(
         *(f"{x}: {name}" for x in ("mode inside", "masses", "factor") for name in MAIN[:2]),
     ),
     4,
-)
+) | dict.fromkeys((f"undisturbed: {name}" for name in DRIVEN), 8)
 """Numbers of runs by row of the stored table."""
 RIGHT = 1.2  # chi2 of a fit in the right minimum, at most
 
@@ -231,7 +269,10 @@ def labels_of(tables: Mapping[str, Any]) -> dict[str, float]:
 def exact_responses(case: Case, tables: Mapping[str, Any] | None = None) -> list[Any]:
     """G (lines, pairs) at each position."""
     f = np.geomspace(*case.band, case.lines)
-    truth = VibratingTables(tables or case.tables, case.dependent)
+    tables = tables or case.tables
+    if case.drives:
+        return [driven_responses(tables, at, case.pairs, f) for at in case.positions]
+    truth = VibratingTables(tables, case.dependent)
     return [truth.response(at, case.hold, case.pairs, f) for at in case.positions]
 
 
@@ -264,8 +305,9 @@ def measured(
                 one.H / H
             ) ** 2  # a spike looks as exact as its neighbours
             responses.append(replace(one, H=H, coherence=1 / (1 + doubt)))
+        name, drives = f"{names} {t + 1}", tuple(case.drives)
         tests.append(
-            VibrationTest(f"{names} {t + 1}", dict(at), tuple(case.hold), {}, AVERAGES, False, tuple(responses))
+            VibrationTest(name, dict(at), tuple(case.hold), {}, AVERAGES, False, tuple(responses), drives=drives)
         )
     return tests
 
