@@ -4,7 +4,7 @@
 
 Starts are off by factors from 0.5 to 2, uniform in the logarithm; noise is 1 % of |H| and 1 % of its median in each
 line. A line for each machine: fits in the right minimum (chi2 below 1.2), coverage of intervals of 95 % over identified
-parameters, rms errors of identified stiffness and damping, evaluations and seconds (of processor) of a fit. Then the
+parameters, rms errors of identified stiffness and damping, seconds (of processor) of a fit. Then the
 parameters with the largest errors, beside the Cramer-Rao bound: the least standard deviation that any estimator has.
 
 With --store and --stored, fits are those of the table `data/updating.json`: intervals of identified parameters,
@@ -321,7 +321,6 @@ class Outcome:
     stds: dict[str, float]
     identified: set[str]
     seconds: float
-    evaluations: int
     starts: dict[str, float] = field(default_factory=dict)
     beside: float = 0.0
 
@@ -353,7 +352,7 @@ def one_fit(
         found.fit.chi2, {label: float(np.log(one.value / truth[label])) for label, one in by_label.items()},
         {label: one.relative for label, one in by_label.items()},
         {label for label, one in by_label.items() if one.verdict is Verdict.IDENTIFIED},
-        seconds, found.fit.evaluations, starts, found.fit.largest_term,
+        seconds, starts, found.fit.largest_term,
     )  # fmt: skip
 
 
@@ -436,15 +435,13 @@ class Row:
     stiffness: tuple[float, float]
     damping: tuple[float, float]
     seconds: float
-    evaluations: float
     chi2: float
 
     def __str__(self) -> str:
         each = (f"{100 * median:.3g} / {100 * worst:.3g} %" for median, worst in (self.stiffness, self.damping))
         return (
             f"right {self.right}/{self.fits}  coverage {self.coverage:.3f} of {self.intervals}  stiffness and damping, "
-            f"median / worst: {'  '.join(each)}  chi2 {self.chi2:.3g}  "
-            f"{self.evaluations:.0f} evaluations  {self.seconds:.2f} s"
+            f"median / worst: {'  '.join(each)}  chi2 {self.chi2:.3g}  {self.seconds:.2f} s"
         )
 
 
@@ -459,7 +456,7 @@ def summary(outcomes: Sequence[Outcome]) -> Row:
     sizes = [(float(np.median(x)), float(np.max(x))) for x in (stiffness, damping)]
     return Row(
         right, len(outcomes), float(np.mean(np.abs(z) < 1.96)), len(z), sizes[0], sizes[1],
-        float(np.median([one.seconds for one in outcomes])), float(np.median([one.evaluations for one in outcomes])),
+        float(np.median([one.seconds for one in outcomes])),
         float(np.median([one.chi2 for one in outcomes])),
     )  # fmt: skip
 

@@ -6,13 +6,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from statistics import NormalDist
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import enumeration
+from symoro_elastic.foundation.packages import for_vibrations
 
 SIGNIFICANT = 4.0  # standard deviations from zero of an effect that is not chance: 6e-5 of normal noise is beyond
+ALARM = 1e-3  # probability with which chance alone raises an alarm
 OUTLYING = 6.0  # robust standard deviations beyond which a value is an outlier
 CAUCHY = 2.5
 """c of Cauchy's weights 1 / (1 + (r / c)^2), in standard deviations: 95 % efficient (Holland and Welsch 1977)."""
@@ -71,6 +74,11 @@ class Estimate:
         return self.std / abs(self.value) if self.value else math.inf
 
 
+def largest_of_chance(count: int = 1) -> float:
+    """Return the standard deviations beyond which, on one side, none of `count` estimates is by chance."""
+    return NormalDist().inv_cdf(1 - ALARM / max(count, 1))
+
+
 def is_identified(value: float, std: float) -> bool:
     """Whether an estimate is known to a tenth of itself."""
     return std <= WELL_KNOWN * abs(value)
@@ -117,13 +125,10 @@ def undetermined_directions(unknowns: Sequence[Unknown], x: Array, covariance: A
 
 def directions(null: Array) -> list[Array]:
     """Return a basis of a space (p, k) of directions, each with a parameter that no other direction contains."""
-    remaining, pivots = null.copy(), []
-    for _ in range(null.shape[1]):
-        pivot = int(np.argmax(np.sum(remaining**2, axis=1)))
-        row = remaining[pivot] / np.linalg.norm(remaining[pivot])
-        remaining = remaining - np.outer(remaining @ row, row)
-        pivots.append(pivot)
-    return list((null @ np.linalg.inv(null[pivots])).T) if pivots else []
+    if not null.size:
+        return []
+    pivots = for_vibrations("scipy.linalg").qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]]
+    return list((null @ np.linalg.inv(null[pivots])).T)
 
 
 def _sentence(labels: Sequence[str], direction: Array, sizes: Array) -> str:

@@ -28,10 +28,10 @@ from symoro_elastic.measured.logs.fourier_motion import (
     FourierMotion,
     Limits,
     Periodic,
-    beside,
     from_rest,
     random_motion,
     rise,
+    with_neighbours,
     within,
 )
 from symoro_elastic.measured.logs.friction_laws import COSINE, SINE, FrictionLaws, refuse_laws, without_cogging
@@ -43,7 +43,6 @@ from symoro_elastic.numerics.linear.independence import IndependentColumns, inde
 
 Motion = tuple[Array, Array, Array]
 PLACES = 30  # other centres of a motion that are tried
-FEW_PLACES = 6  # the same, where a motion exists
 SMALLER = 0.25  # of a motion, about another centre
 SMALLEST = 0.15  # share of a motion below which other places are tried
 EXCITED = 1e-4  # independence of columns that the search keeps
@@ -109,7 +108,7 @@ class Response:
         smooth = [c for c in range(len(self._values)) if c not in dry]
         felt = self.Y.torques(*states, smooth, self._values[smooth]) + self.Y.loads(states[0])
         friction = self.Y.evaluate(*states, dry) @ self._values[dry]
-        friction = beside(friction + self.laws.torques(states) if self.laws else friction)
+        friction = with_neighbours(friction + self.laws.torques(states) if self.laws else friction)
         more, motors = rise(felt), self._motors
         most, least = felt + more + friction.max(axis=0), felt - more + friction.min(axis=0)
         return least[:, motors].min(axis=0) - self.cogging, most[:, motors].max(axis=0) + self.cogging
@@ -376,8 +375,8 @@ def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response
     """Return a random motion within all limits: about the middle, or about another place where that has little room."""
     motion, rng = random_motion(limits, frequency, harmonics, seed), np.random.default_rng(seed)
     largest, size = within_torques(motion, limits.torque, response), float(np.abs(motion.a).max())
-    for k in range(PLACES):
-        if np.abs(largest.a).max() >= SMALLEST * size or (largest.a.any() and k >= FEW_PLACES):
+    for _ in range(PLACES):
+        if np.abs(largest.a).max() >= SMALLEST * size:
             break
         elsewhere = replace(motion.smaller(SMALLER), centre=rng.uniform(limits.low, limits.high))
         other = within_torques(within(elsewhere, limits), limits.torque, response)
@@ -511,7 +510,7 @@ class ExcitedLaws:
         by_column, load = self.columns(motion)[:, :, :count] * self._numbers[:count], len(self.laws.load)
         by_column[:, :, :load] += np.sign(by_column[:, :, :load]) * rise(np.abs(by_column[:, :, :load]))
         rates, half = self.Y.rates(list(self.laws.stribeck), q, qd), np.array(list(self.laws.stribeck.values()))
-        near, more = beside(rates), rise(rates)
+        near, more = with_neighbours(rates), rise(rates)
         slowest = np.maximum(np.abs(near).min(axis=0) - more, 0.0) * (near.min(axis=0) * near.max(axis=0) > 0)
         by_column[:, :, load:] *= ((1 + (rates / half) ** 2) / (1 + (slowest / half) ** 2))[:, None]
         torques: Array = by_column.sum(axis=2)

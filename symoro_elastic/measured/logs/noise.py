@@ -186,7 +186,7 @@ def _both_signs(rows: int) -> Array:
     return counts
 
 
-def of_records(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
+def spectral_density(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
     """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n).
 
     Noises that are not `repeating` are forgotten after a quarter of the rows, which makes their spectrum smooth.
@@ -232,14 +232,14 @@ def residual_noise(
     energy = (residuals**2).sum(axis=0)
     density = np.zeros((padded_length(rows) // 2 + 1, joints, joints), dtype=complex)
     if positions:
-        density += of_records(positions, used, repeating)
+        density += spectral_density(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
     variance, active = np.zeros(joints), np.flatnonzero(used > 0)
     variance[active] = for_identification("scipy.optimize").nnls(A[np.ix_(active, active)], energy[active])[0]
     return Noise(density, rows, Averages(variance, correlation))
 
 
-def doubt_of_variance(Y: Array, correlation: Array) -> Array:
+def student_factors(Y: Array, correlation: Array) -> Array:
     """Return by what the standard deviation of scores is larger for the variance of noise is from few rows, (n).
 
     Beside a variance of f degrees of freedom the truth has Student's distribution, whose variance is f / (f - 2) times
@@ -254,7 +254,7 @@ def doubt_of_variance(Y: Array, correlation: Array) -> Array:
     return factors
 
 
-def colours(noise: Noise, residuals: Array) -> Array:
+def correlation_factors(noise: Noise, residuals: Array) -> Array:
     """Return by what slow noise, or what the model lacks, raises standard deviations of scores, (n).
 
     Neighbours of residuals (rows, n) are more alike than averages of white noise: by e, as in a first-order process,

@@ -17,10 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
-from symoro_elastic.measured.fitting.evidence import information_root
+from symoro_elastic.measured.fitting.evidence import information_root, largest_chi2
 from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
 from symoro_elastic.measured.logs.regression import RegressorColumn
@@ -36,7 +35,6 @@ OFFSETS = 0.03  # of the largest torque: standard deviation of offsets in short 
 NEUTRAL = 0.1  # of the largest torque: least standard deviation of K q0
 PINNED = 1e-5  # of the size of a known value of a body: its standard deviation
 FROM_FILE = 3.0  # times narrower with the file than from data
-CHANCE = 0.99  # quantile of chi squared of right data
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 OF_MOTORS = ("IA", "FV", "FS")
 SLOWEST = 0.3  # of the fastest motor: slower ones are taken to be as fast, for those at rest would have huge guesses
@@ -46,6 +44,11 @@ ROOM = 1e-15  # least eigenvalue over the largest of a body that is not
 SHORT = (
     "the record is short (fewer than two equations for each parameter, or joints that reverse less than twice), "
     f"so noise is taken for at least {100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %"
+)
+MORE_THAN_CHANCE = (
+    "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file, so the "
+    "model lacks something (friction, a sensor's law), the file is trusted too much, or a torque is not in its unit "
+    "(--gain)"
 )
 TRUSTED = (
     f"no trust is given, so bodies of the file are taken as right to about {100 * TRUST_OF_SHORT:g} %: "
@@ -269,9 +272,8 @@ class _Start:
             what = "no body has the values of the file (or they are not known), the nearest possible ones are its prior"
             notes.append(f"{', '.join(changed)}: {what}")
         if guessed:
-            notes.append(
-                f"the file has no positive value of {', '.join(guessed)}: a share of the torques is their prior"
-            )
+            what = "a share of the torques is their prior"
+            notes.append(f"the file has no positive value of {', '.join(guessed)}: {what}")
         return notes
 
 
@@ -341,16 +343,10 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: 
         return [what]
     what += f", {before:.3g} % unconstrained"
     notes = [f"{what}; chi2 {misfit:.3g}, {freedom} degrees of freedom"]
-    if misfit > for_identification("scipy.stats").chi2.ppf(CHANCE, freedom):
-        what = (
-            "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
-        )
+    if misfit > freedom * largest_chi2(freedom):
         k = int(np.argmax(each - own_each))
         where = f"most of it at {estimation.joints[k]}: {each[k]:.3g} % of its torque, {own_each[k]:.3g} % alone"
-        notes.append(
-            f"{what}, so the model lacks something (friction, a sensor's law), the file is trusted too much, or a "
-            f"torque is not in its unit (--gain); {where}"
-        )
+        notes.append(f"{MORE_THAN_CHANCE}; {where}")
     return notes
 
 

@@ -22,10 +22,7 @@ DEGREE = math.pi / 180  # rad
 MILLIMETRE = 1e-3  # m
 MOST_TOGETHER = 3  # largest number of motors of which all combinations are rows
 AT = "at: "
-ZEROS = (
-    (0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, math.pi / 2, 1.8, 2.1, 2.4, 2.75, math.pi),
-    (0.02, 0.05, 0.1, 0.2, 0.4, 0.8),
-)
+ZEROS = (np.geomspace(0.1, math.pi, 14).tolist(), np.geomspace(0.02, 0.8, 6).tolist())
 """Of joints that turn, rad, and that slide, m: zeros that are tried."""
 HELD, FREE, SERVO = "held", "free", "under a servo"
 

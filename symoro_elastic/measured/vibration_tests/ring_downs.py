@@ -38,11 +38,13 @@ DECAYED = 0.3  # exponent by which a mode falls in a record
 
 @dataclass(frozen=True)
 class _Fit:
-    """Decay rates and pulsations (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), and -2 ln of their likelihood."""
+    """Decay rates and pulsations (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), their
+    standard deviations (C,), and -2 ln of their likelihood."""
 
     poles: Array
     amplitudes: ComplexArray
     residuals: Array
+    sizes: Array
     misfit: float
     slopes: Array
     """Of the residuals in units of the noise, all signals below each other, by the poles."""
@@ -158,7 +160,7 @@ def _refined_fit(t: Array, y: Array, poles: Array) -> _Fit:
     """Return the least misfit near poles, by Gauss and Newton with amplitudes eliminated."""
     fit = _amplitudes_fit(t, y, poles)
     for _ in range(STEPS if len(poles) else 0):
-        step = -np.linalg.lstsq(fit.slopes, (fit.residuals / _sizes(fit, y)).T.ravel(), rcond=None)[0].reshape(-1, 2)
+        step = -np.linalg.lstsq(fit.slopes, (fit.residuals / fit.sizes).T.ravel(), rcond=None)[0].reshape(-1, 2)
         share, better = 1.0, fit
         while better is fit and share > SHORTEST:
             moved = fit.poles + share * step
@@ -180,12 +182,6 @@ def _powers(residuals: Array, y: Array) -> Array:
     return powers
 
 
-def _sizes(fit: _Fit, y: Array) -> Array:
-    """Return the standard deviations of the noise (C,)."""
-    sizes: Array = np.sqrt(_powers(fit.residuals, y))
-    return sizes
-
-
 def _amplitudes_fit(t: Array, y: Array, poles: Array) -> _Fit:
     """Return the fit of amplitudes and offsets at given poles, and the slopes of its residuals by the poles."""
     growth = np.minimum(np.multiply.outer(t, -poles[:, 0]), MOST_GROWTH)
@@ -203,7 +199,7 @@ def _amplitudes_fit(t: Array, y: Array, poles: Array) -> _Fit:
         for which, change in enumerate((moved.real, moved.imag)):  # minus d/d decay, minus d/d pulsation of the sum
             slopes[c, :, :, which] = change - Q @ (Q.T @ change)
     misfit = len(t) * float(np.log(_powers(residuals, y)).sum())
-    return _Fit(poles, A, residuals, misfit, slopes.reshape(y.size, 2 * k))
+    return _Fit(poles, A, residuals, sizes, misfit, slopes.reshape(y.size, 2 * k))
 
 
 @np.errstate(invalid="ignore")  # variances of poles that nothing determines are negative by rounding

@@ -40,7 +40,7 @@ def under_drives(seed: int) -> VibrationTest:
 def test_responses_are_those_of_another_program_and_slopes_those_of_differences() -> None:
     """Differences of fourth order at 5e-5: 2e-9 of the largest slope of a response."""
     test = under_drives(0)
-    sought = sought_of(se.read(TABLES), [test], (), 2.0, 0.0)
+    sought = sought_of(se.read(TABLES), (), 2.0, 0.0, None, [test])
     asked, x = Predictions(sought, [test]), sought.start
     (found,) = asked.at(x)
     G = np.stack([one.G for one in found.responses], axis=1)
