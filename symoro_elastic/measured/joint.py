@@ -23,6 +23,7 @@ from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_named_cells
+from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
 from symoro_elastic.measured.logs.regression import RegressorColumn, nominal_body
 from symoro_elastic.measured.logs.result import Identification
@@ -33,7 +34,6 @@ from symoro_elastic.numerics.linear.independence import IndependentColumns
 
 OF_TESTS = frozenset({"M", "XX", "YY", "ZZ", "IA", "FV", "K", "DA"})
 """Quantities of a log that are functions of the unknowns of vibration tests."""
-INDEPENDENT = 1e-9  # of the largest singular value: smaller ones are rounding
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def evidence_of(
     free += [grouped(zero, e) for e in np.eye(more)]
     free += list(np.eye(len(estimation.grouping.kept))[estimation.hidden])
     rows = np.reshape(free, (len(free), len(estimation.grouping.kept)))
-    N: Array = for_identification("scipy.linalg").null_space(rows, rcond=INDEPENDENT).T
+    N: Array = for_identification("scipy.linalg").null_space(rows, rcond=ROUNDING).T
 
     def combinations(x: Array) -> Array:
         theta_of_x = theta({**values, **dict(zip(labels, np.exp(x).tolist(), strict=True))})

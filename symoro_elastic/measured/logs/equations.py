@@ -19,8 +19,7 @@ from symoro_elastic.measured.logs.noise import masked_correlation
 from symoro_elastic.measured.logs.possible import Linear
 from symoro_elastic.measured.logs.regression import Regressor
 
-PIECE = 4000  # samples evaluated at a time at most
-ENTRIES = 5_000_000  # entries of Y evaluated at a time, about
+ENTRIES = 1_000_000  # entries of Y evaluated at a time, about
 SIGNS = (1.0, -1.0)
 CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 
@@ -59,7 +58,7 @@ class Sampled:
     def pieces(self) -> list[slice]:
         """Pieces of the record that hold whole windows, without large intermediate arrays."""
         samples, joints = self.motion.q.shape
-        return _pieces(samples, self.chosen, max(1, min(PIECE, ENTRIES // (10 * joints**2))))
+        return _pieces(samples, self.chosen, max(1, ENTRIES // (10 * joints**2)))
 
     @cached_property
     def _shared_noise(self) -> Array:

@@ -25,10 +25,8 @@ from symoro_elastic.measured.logs.noise import usual_correlation
 from symoro_elastic.measured.logs.sensors import ROUNDS, Columns, delay_of
 
 CLEAR = 2 * VERY_STRONG  # difference of BIC
-LEAST = 0.6  # samples: smaller delays are not of integer samples
-WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted
+WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted, which is reported
 LONGEST = 50  # samples
-DOUBTED = 0.2  # samples: larger standard deviations are reported
 EXACT = 1e-12  # of squares of residuals, which rounding leaves
 LIKE = 0.1  # of velocities: largest difference from derivatives of positions that a delay explains
 JOINT, POSITION, VELOCITY, TORQUE = ("q", "qd", "qdd"), ("q",), ("qd", "qdd"), ("tau",)
@@ -141,7 +139,7 @@ class Delays:
     @property
     def clear(self) -> Late | None:
         """The column whose delay explains the residuals clearly; of equal ones that which is late rather than early."""
-        certain = [x for x in self.likely if LEAST < abs(x.samples) < LONGEST]
+        certain = [x for x in self.likely if x.whole and abs(x.samples) < LONGEST]
         return max(certain, key=lambda x: (x.samples > 0, x.evidence), default=None)
 
     @property
@@ -153,7 +151,7 @@ class Delays:
     def still(self, shifted: Iterable[Late]) -> Late | None:
         """Return a column that is late by a sample after its shift was rounded, rather than all torques."""
         later = (self.now(x) for x in shifted)
-        return next((x for x in later if x.evidence > 0 and abs(x.samples) > LEAST), None)
+        return next((x for x in later if x.evidence > 0 and x.whole), None)
 
     def now(self, late: Late) -> Late:
         """Return how late a column is that was moved back; in time if nothing is known of it."""
@@ -251,7 +249,7 @@ def notes_on_late_columns(late: Sequence[Late], machine: Machine) -> list[str]:
             unshifted.append(f"{column.header(machine)} is {abs(column.samples):.3g} samples {way}")
             continue
         samples = f"{abs(column.whole)} sample{'' if abs(column.whole) == 1 else 's'}"
-        doubt = f" (+- {column.std:.1g})" if column.std > DOUBTED else ""
+        doubt = f" (+- {column.std:.1g})" if column.std > WHOLE else ""
         what = f"is {samples} {way}{doubt} relative to the other columns (buffered channel?): shifted back"
         lines.append(f"{column.header(machine)} {what}")
     if unshifted:

@@ -15,12 +15,12 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.measured.fitting.estimates import CORRELATED
 
 FEWEST_LAGS = 24  # of the correlation of positions' noise
 PART = 4  # of the rows: lags are at most a quarter
 MOST_ALIKE = 0.98  # largest correlation of neighbours, of which standard deviations rise tenfold
 FEWEST_FREEDOM = 3.0  # degrees of freedom of a variance
-CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is not chance
 
 
 Draws = Callable[[Array], Sequence[Array]]
@@ -169,7 +169,8 @@ class Noise:
         if not self.density.any():
             return np.zeros((Y.shape[2], Y.shape[2]))
         spectrum = np.fft.rfft(Y, padded_length(len(Y)), axis=0)
-        through = (self.density @ spectrum) * _both_signs(len(Y))[:, None, None]
+        through = self.density @ spectrum
+        through[1:-1] *= 2  # frequencies of both signs
         total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded_length(len(Y))
         return total
 
@@ -177,13 +178,6 @@ class Noise:
 def padded_length(rows: int) -> int:
     """Return the length of records padded with zeros."""
     return int(2 ** np.ceil(np.log2(2 * rows)))
-
-
-def _both_signs(rows: int) -> Array:
-    """Return how often each frequency of rfft counts."""
-    counts = np.full(padded_length(rows) // 2 + 1, 2.0)
-    counts[[0, -1]] = 1.0
-    return counts
 
 
 def spectral_density(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
@@ -200,15 +194,11 @@ def spectral_density(records: Sequence[Array], used: Array, repeating: bool = Fa
         return density
     correlation = np.fft.irfft(cross, padded_length(rows), axis=0)
     lags = np.minimum(np.arange(padded_length(rows)), padded_length(rows) - np.arange(padded_length(rows)))
-    window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
+    last = min(max(FEWEST_LAGS, rows // PART), rows)
+    parzen = for_identification("scipy.signal").windows.parzen(2 * last + 1)  # whose densities are never negative
+    window = np.pad(parzen[last:], (0, len(lags)))[lags]
     density = np.fft.rfft(correlation * window[:, None, None], axis=0)
     return density.reshape(-1, joints, joints)
-
-
-def _parzen(x: Array) -> Array:
-    """Return the lag window of Parzen, whose spectral densities are never negative."""
-    near, far = 1 - 6 * x**2 * (1 - x), 2 * np.maximum(1 - x, 0.0) ** 3
-    return np.where(x < 0.5, near, far)
 
 
 def residual_noise(

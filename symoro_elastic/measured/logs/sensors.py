@@ -15,7 +15,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import SIGNIFICANT, Estimate, Unknown, Verdict
+from symoro_elastic.measured.fitting.estimates import CORRELATED, SIGNIFICANT, Estimate, Unknown, Verdict
 from symoro_elastic.measured.logs.estimation import Estimation, LeastSquares, independent_solution
 from symoro_elastic.measured.logs.noise import RowNoise
 
@@ -23,7 +23,6 @@ AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: as data say, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
-UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
 LEAST_DELAY = 0.01  # of a sampling period: smaller delays and steps to them do not count
 ROUNDS = 6  # steps to a delay
@@ -173,7 +172,7 @@ def _offsets(
     usual_fraction = max([USUAL, *(abs(offsets[m].value) / largest[m] for m in significant)])
     usual = {m: usual_fraction * largest[m] for m in motors}
     most = {m: abs(x.value) + SIGNIFICANT * x.std for m, x in offsets.items()}
-    small = [m for m, x in offsets.items() if x.correlation <= UNCORRELATED or most[m] <= least[m]]
+    small = [m for m, x in offsets.items() if x.correlation <= CORRELATED or most[m] <= least[m]]
     harmless = [m for m in small if m not in significant]
     sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
     return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}

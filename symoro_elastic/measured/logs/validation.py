@@ -11,12 +11,11 @@ from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.logs.equations import Sampled
 from symoro_elastic.measured.logs.filtering import smooth
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces
 from symoro_elastic.measured.logs.result import Identification
-
-ROUNDING = 1e-12  # of the largest torque, of what motors on dependent joints exert on a joint that they do not move
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.measured.fitting.corrections import MOST_NAMED
-from symoro_elastic.measured.fitting.estimates import TO_DEVIATION
+from symoro_elastic.measured.fitting.estimates import ROUNDING, TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind
 from symoro_elastic.measured.vibration_tests.misfit import Fit
@@ -25,13 +25,11 @@ SCALED = math.log(3.0)  # logarithm of a factor above which a size is reported
 LEAST_CHI2 = 0.3  # mean square of residuals below which the noise is not what coherence and averages say
 CROSS_TALK = 1e-3
 """Fraction of the largest output of an input, above which a response that is zero in the model is reported."""
-SAME_FACTOR = 0.01  # largest difference of logarithms of factors that are called one
+SAME_FACTOR = 0.01  # difference of logarithms below which factors are called one, and no decrease is reported
 WINDOWED = 0.3  # standard deviations by which an unnamed window changes a parameter, above which it is reported
-LEAST_DECREASE = 0.01  # decrease of amplitudes at the last line of a channel, below which it is not reported
 COPIED = 1e-4  # relative distance of responses that are copies; no two measurements are that near
 NORMAL = 1.5  # largest mean square of noise over the square of its deviation by the median
 SPIKED = 0.002  # fraction of spikes that is reported
-IMAGINARY = 1e-9  # of a response: imaginary parts of an undamped model are smaller, by rounding
 BANDS = 40  # bands of a test, evenly in the logarithm of frequency
 FARTHEST_PEAK = 0.5  # relative distance beyond which a predicted peak is another one
 FAR_OFF = math.log(300.0)  # logarithm of a factor above which no fit is tried
@@ -67,7 +65,7 @@ def refuse_without_phase(
     """Raise `InputError` for a response without imaginary parts where that of the model has some."""
     for line in lines:
         G = line.predicted_by(predicted)
-        if not line.H.imag.any() and (np.abs(G.imag) > IMAGINARY * np.abs(G)).any():
+        if not line.H.imag.any() and (np.abs(G.imag) > ROUNDING * np.abs(G)).any():
             what = "has no imaginary part at any frequency, so it cannot show damping: give complex numbers, or "
             raise InputError(tests[line.test].name, line.measured.pair, f"{what}magnitudes headed mag with their phase")
 
@@ -270,9 +268,7 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     for delay in fit.delays:
         if delay.is_significant:
             percent = f", {100 * math.expm1(-delay.fall):+.2g} % at its last line"
-            what = (
-                f"{delay.output} by {1e3 * delay.seconds:.3g} ms{percent if abs(delay.fall) > LEAST_DECREASE else ''}"
-            )
+            what = f"{delay.output} by {1e3 * delay.seconds:.3g} ms{percent if abs(delay.fall) > SAME_FACTOR else ''}"
             outputs.setdefault(tests[delay.test].name, []).append(what)
     why = "delays, filters or the hold of a command are fitted with the model; measure input and output the same way"
     late = "outputs come later than those of the model"

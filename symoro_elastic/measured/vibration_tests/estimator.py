@@ -165,7 +165,7 @@ class Minimum:
                 if d <= SIGNIFICANT * std[k]:
                     continue
                 most = least + min(VERY_STRONG, (d / std[k]) ** 2 / 8)
-                if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
+                if min(misfit.cost_at(x + way * share * along, c) for way in (1, -1)) > most:
                     break
                 wide[k] = d / std[k]
         return replace(fit, covariance=fit.covariance * np.outer(wide, wide))

@@ -223,24 +223,17 @@ class Misfit:
         data = np.where(self._may_be_outliers(r), c**2 * np.log1p((r / c) ** 2), r**2)
         return float(0.5 * data.sum() + 0.5 * self.prior @ (x - self.start) ** 2)
 
-    def cost_at(self, x: Array, c: float, most: float) -> float:
-        """Return the cost of lines at x, infinite without equilibrium; that of some tests if it is above `most`."""
-        tests = self.predictions.tests_at(x[: self.first])
-        predicted: list[Predicted] = [Predicted(())] * len(tests)
-        parts, cost = [self.evidence.apart(x[: self.unknowns])] if self.evidence else [], 0.0
-        for t, test in enumerate(tests):
-            try:
-                predicted[t : t + 1] = self.predictions.at(x[: self.first], slopes=False, tests=[test])
-            except (InputError, np.linalg.LinAlgError):
-                return math.inf
-            for k, line in enumerate(self.lines):
-                if line.test == t:
-                    apart = (self.response(k, predicted, x)[0] - line.H) / line.sd
-                    parts += [apart.real, apart.imag]
-            cost = self.cost(np.concatenate(parts), x, c) if parts else 0.0
-            if cost > most:
-                break
-        return cost
+    def cost_at(self, x: Array, c: float) -> float:
+        """Return the cost of lines and evidence at x, infinite without equilibrium."""
+        try:
+            predicted = self.predictions.at(x[: self.first], slopes=False)
+        except (InputError, np.linalg.LinAlgError):
+            return math.inf
+        parts = [self.evidence.apart(x[: self.unknowns])] if self.evidence else []
+        for k, line in enumerate(self.lines):
+            apart = (self.response(k, predicted, x)[0] - line.H) / line.sd
+            parts += [apart.real, apart.imag]
+        return self.cost(np.concatenate(parts), x, c)
 
     def with_wider_evidence(self, factor: float) -> Misfit:
         """Return the same with trusted evidence of standard deviations times a factor."""

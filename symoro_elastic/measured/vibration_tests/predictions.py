@@ -71,15 +71,6 @@ class Predicted:
     responses: tuple[PredictedResponse, ...]
     modes: PredictedModes | None = None
 
-    def with_more_slopes(self, more: int) -> Predicted:
-        """Return the same with slopes of zero by more unknowns."""
-        rows = ((0, more), (0, 0))
-        responses = [replace(response, slopes=np.pad(response.slopes, rows)) for response in self.responses]
-        modes = self.modes and replace(
-            self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
-        )
-        return Predicted(tuple(responses), modes)
-
 
 @dataclass(frozen=True)
 class Lines:
@@ -181,8 +172,6 @@ class Predictions:
             linear = self.linear_at(motion, test, values)
             refuse_singular(motion, linear.M, linear.kept)
             prediction = self._of(linear, test, values, slopes)
-            if slopes and self.windowed:
-                prediction = prediction.with_more_slopes(len(self.windowed))
             for row, name in enumerate(self.windowed if slopes else ()):
                 if name == k or isinstance(name, str):
                     by_change = self._by_change(linear, test, name, values)
@@ -267,15 +256,16 @@ class Predictions:
         return Predicted(tuple(responses[k] for k in range(len(responses))), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
-        """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""
+        """Return slopes by all unknowns (p + w): by ln p, those of parameters times p, and of unknown gains; zeros."""
         slopes = linear_slopes(linear, self.parameters)
-        p, n, motion = len(values), len(linear.kept), linear.motion
+        n, motion = len(linear.kept), linear.motion
+        names = (*self.sought.labels, *map(str, self.windowed))
         place = {label: k for k, label in enumerate(self.sought.labels)}
         rows, size = [place[name] for name in slopes.names], np.array([values[name] for name in slopes.names])
         totals = {}
         for name, axis in (("M", 0), ("D", 0), ("K", 0), ("F", 0), ("C", 1), ("motors", 0)):
             total = np.moveaxis(getattr(slopes, name), axis, 0)
-            spread = np.zeros((p, *total.shape[1:]))
+            spread = np.zeros((len(names), *total.shape[1:]))
             spread[rows] = total * size.reshape(-1, *[1] * (total.ndim - 1))
             totals[name] = np.moveaxis(spread, 0, axis)
         for motor in (name for name, given in test.pd.items() if given is None):
@@ -283,7 +273,7 @@ class Predictions:
             for gain, matrix in ((KP, "K"), (KD, "D")):
                 label = gain_label(motor, gain)
                 totals[matrix][place[label]] = values[label] * np.outer(row, row).reshape(n, n)
-        return LinearSlopes(linear, self.sought.labels, **totals)
+        return LinearSlopes(linear, names, **totals)
 
 
 def _with_change(test: VibrationTest, name: int | str, c: float) -> VibrationTest:
