@@ -24,10 +24,11 @@ CORRELATED = 0.3
 """Correlation that counts: of neighbouring residuals beyond that of averages; an offset of twice its standard deviation
 pulls an estimate that is so correlated with it by 0.6 of that one's."""
 WELL_KNOWN = 0.1  # standard deviation of an identified parameter, over its size or over the prior standard deviation
-HARDLY_KNOWN = 0.5  # fraction of the prior standard deviation above which a parameter counts as undetermined
+HARDLY_KNOWN = 0.5  # fraction of the prior standard deviation, or of noise, above which a parameter is undetermined
 SMALL_PART = 0.1  # of the largest entry of a direction, below which a parameter does not belong to it
 SAME_SLOPE = 0.15  # relative difference of slopes that are called equal
 TEN_PERCENT = math.log(1.1)
+MOST_STEPS = 60  # of Gauss-Newton or Levenberg-Marquardt to a minimum
 ROUNDING = 1e-9  # of the largest of such numbers: smaller ones are rounding
 
 

@@ -15,7 +15,14 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified, largest_of_chance
+from symoro_elastic.measured.fitting.estimates import (
+    HARDLY_KNOWN,
+    Estimate,
+    Unknown,
+    Verdict,
+    is_identified,
+    largest_of_chance,
+)
 from symoro_elastic.measured.logs.noise import (
     Noise,
     RowNoise,
@@ -30,7 +37,6 @@ FROM_DATA = 1e-6  # independence of columns of length 1
 WEIGHTINGS = 3  # reweightings of the rows of joints
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE = 0.9  # fraction of noise in a direction up to which it is compensated
-HIDDEN = 0.5  # fraction of noise above which a parameter is not identifiable
 ALONE = 0.9  # of a column's energy is in one joint's equation
 POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
 FEWEST_ROWS = 2  # independent equations for each parameter
@@ -173,8 +179,8 @@ class _Parts:
         rows without their correlations. A direction that noise hides is in doubt by all of its size.
         """
         nu = max(rows / (1 + 2 * sum(x * x for x in correlation[1:]) / correlation[0] ** 2), 1.0)
-        error = math.sqrt(2 * (1 + 1 / max(draws, 1)) / nu) * self.share / np.maximum(1 - self.share, 1 - HIDDEN)
-        return self.X * np.where(self.share > HIDDEN, 1.0, np.maximum(error, 0.0))
+        error = math.sqrt(2 * (1 + 1 / max(draws, 1)) / nu) * self.share / np.maximum(1 - self.share, 1 - HARDLY_KNOWN)
+        return self.X * np.where(self.share > HARDLY_KNOWN, 1.0, np.maximum(error, 0.0))
 
 
 def _weighted_solution(
@@ -340,13 +346,13 @@ def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str])
     energy = ((Y / solution.sigma[:, None]) ** 2).sum(axis=0)
     owner, shares = energy.argmax(axis=0), energy.max(axis=0) / energy.sum(axis=0)
     owner = np.where(shares > ALONE, owner, -1)
-    hidden, lost = {}, {int(j) for j in owner[solution.noise > HIDDEN] if j >= 0 and not tau[:, j].any()}
+    hidden, lost = {}, {int(j) for j in owner[solution.noise > HARDLY_KNOWN] if j >= 0 and not tau[:, j].any()}
     for k, noise in enumerate(solution.noise):
         if int(owner[k]) in lost:
             hidden[k] = (
                 f"{joints[owner[k]]} has no motor and determines its parameters only up to a factor: give one as known"
             )
-        elif noise > HIDDEN:
+        elif noise > HARDLY_KNOWN:
             hidden[k] = (
                 f"{min(100, round(100 * noise))} % of what distinguishes it from the others is noise of the positions"
             )

@@ -14,7 +14,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import Unknown
+from symoro_elastic.measured.fitting.estimates import ROUNDING, Unknown
 from symoro_elastic.measured.logs import friction_laws, regression
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
@@ -324,7 +324,7 @@ class _Stack:
             X, std = friction_laws.groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
             before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
             X[count:] += before[count:]
-            if (np.abs(X - before) <= friction_laws.CONVERGED * std + friction_laws.EXACT * np.abs(X)).all():
+            if (np.abs(X - before) <= friction_laws.CONVERGED * std + ROUNDING * np.abs(X)).all():
                 break
             self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
         else:

@@ -28,7 +28,6 @@ from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.linear.independence import IndependentColumns
 
 LEAST_LAM = 1e-6  # of constraints alone
-GUESSED_LAM = 0.25  # most for values that the file does not give: trust 1
 GUESSES = {"IA": 0.01, "FV": 0.02, "FS": 0.02, "DA": 0.02, "K": 1.0}
 """Scalars that are positive, and what they exert where the file gives none, of the largest torque."""
 OFFSETS = 0.03  # of the largest torque: standard deviation of offsets in short records
@@ -38,7 +37,7 @@ FROM_FILE = 3.0  # times narrower with the file than from data
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 OF_MOTORS = ("IA", "FV", "FS")
 SLOWEST = 0.3  # of the fastest motor: slower ones are taken to be as fast, for those at rest would have huge guesses
-TRUST_OF_SHORT = 1.0  # in the file, where none is given: what such records do not tell is most of a machine
+TRUST_OF_SHORT = 1.0  # in the file, of short records if none is given, and in values that it does not give
 STEEPER = 1e3  # times lam where rounding makes a body singular
 ROOM = 1e-15  # least eigenvalue over the largest of a body that is not
 SHORT = (
@@ -204,7 +203,7 @@ class _Start:
         of_file = [columns[c].value for c in self.scalars]
         guessed = [GUESSES[columns[c].quantity] * self.data.alone(c, self._alike(c)) for c in self.scalars]
         scalars = [x if x > 0 else other for x, other in zip(of_file, guessed, strict=True)]
-        weights = [1.0 if x > 0 else min(lam, GUESSED_LAM) / lam for x in of_file]
+        weights = [1.0 if x > 0 else min(1.0, 1 / (4 * TRUST_OF_SHORT**2 * lam)) for x in of_file]
         neutral = [float(np.nan_to_num(columns[c].value)) for c in self.neutral]
         neutral_sizes = [max(abs(x), NEUTRAL * self.data.alone(c)) for x, c in zip(neutral, self.neutral, strict=True)]
         of_sensors = [self._deviation(k, unknown) for k, unknown in enumerate(self.sensors)]

@@ -15,7 +15,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import CAUCHY, SIGNIFICANT, TO_DEVIATION
+from symoro_elastic.measured.fitting.estimates import CAUCHY, MOST_STEPS, SIGNIFICANT, TO_DEVIATION
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, Window
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
@@ -38,7 +38,6 @@ USUAL_AVERAGES = 10  # where they are not known
 GUESS = 0.01  # noise over |H| and over its median, until residuals determine it
 LARGEST_STEP = 0.7  # in ln p: factor 2
 LEAST_FALL = 1e-3  # expected fall of the cost below which a fit has ended; the cost is half the sum of squares
-MOST_STEPS = 60  # steps of a minimization
 MOST_REFUSED = 8  # steps running that lower no cost
 SHAPES = 25.0  # cost of a mode with MAC 0: with 1 - MAC = 0.02 it costs 0.5
 UNPAIRED = 40.0  # cost of a mode that the model lacks
