@@ -27,6 +27,7 @@ RECOMPUTED = [
     ("ring_downs", "damping 5 %", 40),
     ("sensors", "3 % spikes", 4),
     ("updating", "spikes: lathe", 4),
+    ("updating", "slightly late: lathe", 4),
     ("updating", "undisturbed: ball_screw under its drive", 8),
     ("updating", "undisturbed: lathe under its drives", 8),
 ]

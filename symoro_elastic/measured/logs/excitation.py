@@ -43,6 +43,7 @@ from symoro_elastic.numerics.linear.independence import IndependentColumns, inde
 
 Motion = tuple[Array, Array, Array]
 PLACES = 30  # other centres of a motion that are tried
+FEW_PLACES = 6  # the same, where a motion exists
 SMALLER = 0.25  # of a motion, about another centre
 SMALLEST = 0.15  # share of a motion below which other places are tried
 EXCITED = 1e-4  # independence of columns that the search keeps
@@ -375,8 +376,8 @@ def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response
     """Return a random motion within all limits: about the middle, or about another place where that has little room."""
     motion, rng = random_motion(limits, frequency, harmonics, seed), np.random.default_rng(seed)
     largest, size = within_torques(motion, limits.torque, response), float(np.abs(motion.a).max())
-    for _ in range(PLACES):
-        if np.abs(largest.a).max() >= SMALLEST * size:
+    for k in range(PLACES):
+        if np.abs(largest.a).max() >= SMALLEST * size or (largest.a.any() and k >= FEW_PLACES):
             break
         elsewhere = replace(motion.smaller(SMALLER), centre=rng.uniform(limits.low, limits.high))
         other = within_torques(within(elsewhere, limits), limits.torque, response)

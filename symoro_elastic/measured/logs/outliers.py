@@ -29,7 +29,8 @@ from symoro_elastic.numerics.linear.independence import independent_columns
 
 NEIGHBOURS = 7  # samples of the median
 ALONG_SLOPES = 4.0  # steps of a slope, of which noise alone has one: three are to the end of the neighbours
-QUIET = 0.8  # of the samples that are not spikes: their quantile is that of noise
+QUIET = 0.8  # of the samples, at any place, too, that are not spikes: their quantile is that of noise
+NEAR = 50  # samples to either side that determine the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: least noise
 MOST_SPIKES = 0.1  # of the samples: more are noise with long tails
 ROUNDS = 30  # reweightings
@@ -102,9 +103,16 @@ def spikes_of(x: Array, slow: Array) -> tuple[Array, BoolArray]:
     slopes = median(np.abs(np.diff(fast, prepend=fast[:1])), NEIGHBOURS + 2, mode="nearest")
     beyond = np.abs(deviations) - ALONG_SLOPES * slopes
     samples = (deviations, deviations[x != np.quantile(x, 0.5, method="lower")])
-    noise = max(float(np.quantile(np.abs(d), QUIET)) for d in samples if len(d)) / NormalDist().inv_cdf((1 + QUIET) / 2)
+    noise = max(_deviation(some) for some in samples if len(some))
     spikes: BoolArray = beyond > OUTLYING * max(noise, resolution_of(x), LEAST * float(x.std()))
+    for k in np.flatnonzero(spikes):
+        spikes[k] = beyond[k] > OUTLYING * _deviation(deviations[max(0, k - NEAR) : k + NEAR + 1])
     return np.where(spikes, x - deviations, x), spikes
+
+
+def _deviation(x: Array) -> float:
+    """Return the standard deviation of noise by a quantile."""
+    return float(np.quantile(np.abs(x), QUIET)) / NormalDist().inv_cdf((1 + QUIET) / 2)
 
 
 def _without_spikes(

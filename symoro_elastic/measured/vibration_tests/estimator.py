@@ -212,7 +212,7 @@ class Estimator:
         best, chosen = self._best_minima(near)
         has_modes = any(test.modes for test in self.predictions.tests)
         widens = not (has_modes or (chosen.is_far and chosen.fit.largest_term))
-        chosen, alternatives = self._with_possible_windows(chosen)
+        chosen, alternatives = self._with_possible_windows(self._with_small_channel_terms(chosen))
         fit = replace(chosen.with_wide_intervals() if widens else chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
@@ -277,6 +277,19 @@ class Estimator:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
+
+    def _with_small_channel_terms(self, minimum: Minimum) -> Minimum:
+        """Return the minimum, refitted with gains and delays of channels if these are very strongly indicated."""
+        if minimum.is_far or minimum.misfit.nuisances.parts:
+            return minimum
+        minima = [minimum]
+        for nuisances in self._channel_nuisances:
+            misfit = replace(minimum.misfit, nuisances=nuisances)
+            x = np.concatenate([minimum.all, np.zeros(len(nuisances.prior))])
+            penalty = 0.5 * len(nuisances.prior) * math.log(sum(2 * len(line.f) for line in self.lines))
+            if misfit.expected_fall(x) > VERY_STRONG + penalty:
+                minima.append(Minimum(misfit, misfit.minimum(x, differences)))
+        return min((other for other in minima if other is minimum or other.is_of_channels), key=attrgetter("criterion"))
 
     @cached_property
     def _orders(self) -> list[int]:
@@ -354,27 +367,30 @@ class Estimator:
         return Minimum(misfit, misfit.minimum(x, differences))
 
     def _with_channel_nuisances(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield minima with factors, delays, or both of channels, near the best one so far or the start.
+        """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
         Factors or delays that are right leave no more than noise; then no more is sought.
         """
         best = minimum
         for nuisances in self._channel_nuisances:
-            x = self.start if best is minimum else best.x
-            predicted = self.predictions.at(x, slopes=False)
-            logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
-            c = nuisances.start(logarithms)
-            candidate = self._near(replace(self.alone, nuisances=nuisances), np.concatenate([x, c]))
-            best = min(best, candidate, key=attrgetter("cost"))
-            if candidate.is_of_channels:
-                yield candidate
-                if candidate.is_clear:
-                    return
+            for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
+                predicted = self.predictions.at(x, slopes=False)
+                logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
+                c = nuisances.start(logarithms)
+                candidate = self._near(replace(self.alone, nuisances=nuisances), np.concatenate([x, c]))
+                best = min(best, candidate, key=attrgetter("cost"))
+                if candidate.is_of_channels:
+                    yield candidate
+                    if candidate.is_clear:
+                        return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield the minimum near one of the model alone with terms of modes outside the band, if the noise is known."""
-        if math.isfinite(minimum.fit.chi2):
-            misfit = replace(minimum.misfit, nuisances=out_of_band_modes(self.lines, self._orders))
+        """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
+        if not math.isfinite(minimum.fit.chi2):
+            return
+        terms = out_of_band_modes(self.lines, self._orders).parts
+        for delays in ((), self._channel_nuisances[1].parts):
+            misfit = replace(minimum.misfit, nuisances=Nuisances((*delays, *terms)))
             x = np.concatenate([minimum.x, np.zeros(len(misfit.nuisances.prior))])
             yield Minimum(misfit, misfit.minimum(x, differences))
 

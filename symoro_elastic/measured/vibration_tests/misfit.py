@@ -169,6 +169,13 @@ class Misfit:
             parts.append(Residuals(r, np.pad(J, ((0, len(x) - self.unknowns), (0, 0)))))
         return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
 
+    def expected_fall(self, x: Array) -> float:
+        """Return by how much the cost of differences falls from x in one step, were they linear."""
+        here = self.residuals(x, differences)
+        weighted = here.J * self._weights(here.r, self.scale(here.r))
+        b = weighted @ here.r + self.prior * (x - self.start)
+        return float(0.5 * b @ np.linalg.solve(weighted @ here.J.T + np.diag(self.prior), b))
+
     def minimum(self, x: Array, of: Of) -> Array:
         """Return where Levenberg-Marquardt ends: little to gain, or two steps running refused."""
         here, damping, refused = self.residuals(x, of), 1e-3, 0

@@ -150,6 +150,11 @@ class Nuisances:
         """Inverse variances of the coefficients."""
         return np.array([weight for part in self.parts for weight in part.prior])
 
+    @property
+    def has_delays(self) -> bool:
+        """Whether outputs may be late."""
+        return any(isinstance(part, ChannelDelay) for part in self.parts)
+
     def added_to(self, line: int, G: ComplexArray, dG: ComplexArray, c: Array) -> tuple[ComplexArray, ComplexArray]:
         """Return a line as it is measured, and its slopes by parameters (p, N) and coefficients (m, N)."""
         slopes = np.pad(dG, ((0, len(c)), (0, 0)))
