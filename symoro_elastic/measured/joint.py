@@ -19,9 +19,11 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_named_cells
+from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
 from symoro_elastic.measured.logs.regression import RegressorColumn, nominal_body
 from symoro_elastic.measured.logs.result import Identification
@@ -32,7 +34,6 @@ from symoro_elastic.numerics.linear.independence import IndependentColumns
 
 OF_TESTS = frozenset({"M", "XX", "YY", "ZZ", "IA", "FV", "K", "DA"})
 """Quantities of a log that are functions of the unknowns of vibration tests."""
-INDEPENDENT = 1e-9  # of the largest singular value: smaller ones are rounding
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,8 @@ def evidence_of(
     free = [grouped(e, none) for e, freely in zip(np.eye(len(columns)), is_free, strict=True) if freely]
     free += [grouped(zero, e) for e in np.eye(more)]
     free += list(np.eye(len(estimation.grouping.kept))[estimation.hidden])
-    N = _left_null_space(np.array(free).T if free else np.zeros((len(estimation.grouping.kept), 0)))
+    rows = np.reshape(free, (len(free), len(estimation.grouping.kept)))
+    N: Array = for_identification("scipy.linalg").null_space(rows, rcond=ROUNDING).T
 
     def combinations(x: Array) -> Array:
         theta_of_x = theta({**values, **dict(zip(labels, np.exp(x).tolist(), strict=True))})
@@ -118,14 +120,6 @@ def _sought_columns(identified: Identification) -> list[RegressorColumn]:
 def _base_parameters(structure: IndependentColumns, grouping: IndependentColumns, theta: Array, more: Array) -> Array:
     """Return the parameters that least squares estimates, from those of columns and from laws and sensors."""
     return grouping.apply(np.concatenate([structure.apply(theta), more]))
-
-
-def _left_null_space(A: Array) -> Array:
-    """Return N (k, m), orthonormal rows with N A = 0, of A (m, n)."""
-    U, sizes, _ = np.linalg.svd(A, full_matrices=True)
-    rank = int((sizes > INDEPENDENT * sizes.max(initial=0.0)).sum())
-    N: Array = U[:, rank:].T
-    return N
 
 
 def _changes(theta: Callable[[Mapping[str, float]], Array], values: Mapping[str, float], name: str) -> bool:

@@ -1,7 +1,7 @@
 """How far estimates are from the truth, in their own standard deviations, over many runs of simulated noise:
 `python -m tests.benchmarks.identification [--runs N] [--json FILE] [--store] [--stored]`.
 
-The stored table is of undisturbed records and of records with faults of sensors.
+The stored table is of undisturbed records, of records with faults of sensors, and of friction that rises with load.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import argparse
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
 from symoro_elastic.measured.fitting.estimates import Verdict
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
+from symoro_elastic.measured.logs.friction_laws import LOAD, FrictionLaws
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
@@ -78,13 +79,14 @@ FAULTS = {
 
 @dataclass(frozen=True)
 class Case:
-    """A machine, one period of its true motion, its sensors, and the values that are not sought."""
+    """A machine, one period of its true motion, its sensors, the values that are not sought, and FL of its joints."""
 
     title: str
     machine: Machine
     period: Measurements
     sensors: Sensors
     known: Mapping[str, float]
+    load: float = 0.0
 
     def record(self, periods: int, seed: int) -> Measurements:
         """Return measurements of some periods."""
@@ -97,17 +99,27 @@ class Case:
         """Return the parameters identified from a record of some periods, with a fault of its sensors."""
         record = self.record(periods, seed)
         record = fault.change(record, np.random.default_rng([seed, 5])) if fault else record
-        return identify(self.machine, record, LogSettings(known=self.known), Y=_regressor(self.machine.name))
+        laws = FrictionLaws(load=self.machine.motors if self.load else ())
+        settings = LogSettings(known=self.known, laws=laws)
+        return identify(self.machine, record, settings, Y=_regressor(self.machine.name))
+
+    @cached_property
+    def truth(self) -> dict[str, float] | None:
+        """True values by label with those of load friction, None where all are of the file."""
+        if not self.load:
+            return None
+        unknowns = [e.unknown for e in self.identified(PERIODS, SEED).estimates]
+        return {bare(x.label): self.load if x.quantity == LOAD else x.nominal for x in unknowns}
 
 
 @cache
 def _case(title: str) -> Case:
-    return CASES[title](title)
+    return (CASES | LOADED)[title](title)
 
 
 @cache
 def _regressor(name: str) -> Regressor:
-    return regressor(next(_case(title).machine for title in CASES if _case(title).machine.name == name))
+    return regressor(next(_case(title).machine for title in LOADED | CASES if _case(title).machine.name == name))
 
 
 def encoders(steps: Sequence[float], torque_noise: Array) -> Sensors:
@@ -166,6 +178,31 @@ def coarse_encoders(title: str) -> Case:
     return rigid(title, machine, limits, [TURN / 2**13, 5e-5, TURN / 2**13], seed=2)
 
 
+def light_arm() -> Machine:
+    """Return an arm of three joints with dry friction, whose runs are quick."""
+    rows = [
+        Row("turn", 0, "0", mass=20),
+        Row("lift", 1, "pi/2", d=0.1, mass=12),
+        Row("wrist", 2, "pi/2", d=0.3, mass=4),
+    ]
+    return with_friction(built("light", rows), {"turn": (3.0, 2.0), "lift": (3.0, 2.0), "wrist": (1.0, 0.5)})
+
+
+LIGHT = Limits.of([-2.0] * 3, [2.0] * 3, [3.0] * 3, [15.0] * 3)
+LIGHT_NOISE = np.array([0.2, 0.2, 0.05])  # standard deviations of torques
+
+
+def loaded(title: str, load: float, seed: int) -> Case:
+    """Return a case of friction `load` times the torque that passes the transmission, of an otherwise known law."""
+    machine, motion = light_arm(), random_motion(LIGHT, 0.2, 8, seed)
+    zero, period = Formula.parse(0), rigid_period(machine, motion)
+    joints = (replace(j, friction=Friction(zero, zero), rotor_inertia=zero, ratio=zero) for j in machine.joints)
+    passing = rigid_period(replace(machine, joints=tuple(joints)), motion).tau
+    more = load * np.abs(passing) * np.sign(motion.at(period.t)[1])
+    sensors = encoders([TURN / 2**17] * 3, LIGHT_NOISE)
+    return Case(title, machine, replace(period, tau=period.tau + more), sensors, {}, load)
+
+
 GEOMETRY = {"L2": 0.5, "G3": -9.81}
 LINKS = {
     "ZZ1": 0.05, "M1": 2, "YY2": 0.5, "ZZ2": 0.5, "XX2": 0.02, "MX2": 1.5, "M2": 6,
@@ -200,6 +237,14 @@ CASES: dict[str, Callable[[str], Case]] = {
     "elastic two-axis arm": elastic_two_axis,
     "cylindrical arm, coarse encoders": coarse_encoders,
 }
+LOADED: dict[str, Callable[[str], Case]] = {
+    "load friction": partial(loaded, load=0.08, seed=1),
+    "large load friction": partial(loaded, load=1.5, seed=2),
+    "very large load friction": partial(loaded, load=20.0, seed=2),
+}
+"""Cases of load friction: of the last one Gauss-Newton steps settle in some runs only."""
+UNSETTLED = "not settled"
+"""Word by which notes report that."""
 
 
 def bare(label: str) -> str:
@@ -239,17 +284,18 @@ def run_of_log(
     return run_of(seed, "reported" if is_reported else "accepted", errors_of(identified, truth).values())
 
 
-TABLE = dict.fromkeys((*CASES, *(f"{title}, {fault}" for title in list(CASES)[1:] for fault in FAULTS)), TABLE_RUNS)
-"""Numbers of runs by row of the stored table: of cases, and of all but the first with faults."""
+TABLE = dict.fromkeys(
+    (*CASES, *(f"{title}, {fault}" for title in list(CASES)[1:] for fault in FAULTS), *LOADED), TABLE_RUNS
+)
+"""Numbers of runs by row of the stored table: of cases, of all but the first with faults, of load friction."""
 
 
 def table_run(row: str, seed: int) -> Run:
     """Return a run of a row of the stored table."""
-    title = max((title for title in CASES if row.startswith(title)), key=len)
-    fault = FAULTS.get(row.removeprefix(f"{title}, "))
-    return run_of_log(
-        seed, lambda: _case(title).identified(PERIODS, SEED + seed, fault), fault.reported if fault else ""
-    )
+    title = max((title for title in CASES | LOADED if row.startswith(title)), key=len)
+    case, fault = _case(title), FAULTS.get(row.removeprefix(f"{title}, "))
+    reported = fault.reported if fault else UNSETTLED
+    return run_of_log(seed, lambda: case.identified(PERIODS, SEED + seed, fault), reported, case.truth)
 
 
 def deviations(title: str, periods: int, runs: int, first: int = SEED) -> tuple[Array, Array, list[str]]:

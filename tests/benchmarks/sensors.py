@@ -32,8 +32,8 @@ from symoro_elastic.measured.logs.identify import identify
 from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.numerics.verification.implementations import numpy_model
-from tests.benchmarks.identification import ARM, FAULTS, run_of_log, with_friction
-from tests.benchmarks.machines import Row, arm_6, built
+from tests.benchmarks.identification import ARM, FAULTS, LIGHT, LIGHT_NOISE, light_arm, run_of_log, with_friction
+from tests.benchmarks.machines import arm_6
 from tests.benchmarks.tables import Run, add_options, has_table_run, print_table, progress, save_json
 
 RUNS, DURATION, FUNDAMENTAL, HARMONICS = 30, 20.0, 0.2, 12
@@ -136,14 +136,7 @@ def six_axis() -> Arm:
 @cache
 def three_axis() -> Arm:
     """Return an arm of three joints with dry friction, whose runs are quick."""
-    rows = [
-        Row("turn", 0, "0", mass=20),
-        Row("lift", 1, "pi/2", d=0.1, mass=12),
-        Row("wrist", 2, "pi/2", d=0.3, mass=4),
-    ]
-    machine = with_friction(built("light", rows), {"turn": (3.0, 2.0), "lift": (3.0, 2.0), "wrist": (1.0, 0.5)})
-    limits = Limits.of([-2.0] * 3, [2.0] * 3, [3.0] * 3, [15.0] * 3)
-    return Arm(machine, limits, np.array([0.2, 0.2, 0.05]), np.array([0.5, -0.8, 0.1]))
+    return Arm(light_arm(), LIGHT, LIGHT_NOISE, np.array([0.5, -0.8, 0.1]))
 
 
 @dataclass(frozen=True)

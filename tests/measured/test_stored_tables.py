@@ -18,6 +18,8 @@ TABLES: dict[str, tuple[Mapping[str, int], RunOf]] = {
 }
 RECOMPUTED = [
     ("identification", "cylindrical arm, coarse encoders, spikes", 6),
+    ("identification", "large load friction", 2),
+    ("identification", "very large load friction", 4),
     ("joint", "elastic arm", 2),  # the second begins far from the log, whose narrow valley the fit has to reach
     ("logs", "mistake: minutes", 3),
     ("logs", "delay of 6 ms", 6),
@@ -25,6 +27,9 @@ RECOMPUTED = [
     ("ring_downs", "damping 5 %", 40),
     ("sensors", "3 % spikes", 4),
     ("updating", "spikes: lathe", 4),
+    ("updating", "slightly late: lathe", 4),
+    ("updating", "undisturbed: ball_screw under its drive", 8),
+    ("updating", "undisturbed: lathe under its drives", 8),
 ]
 """Tables, rows and numbers of runs that are computed again; two of ring-downs in the test command."""
 KNOWN: dict[str, set[str]] = {}

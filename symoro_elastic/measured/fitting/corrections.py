@@ -14,8 +14,8 @@ Data = TypeVar("Data")
 
 VERY_STRONG = 5.0
 """Difference of negative log-likelihoods, half of a difference of BIC of 10: very strong (Kass and Raftery 1995)."""
-MOST_REFITTED = 6  # rows of a search that are refitted, which bounds its time
-MOST_NAMED = 3  # corrections that a message names
+MOST_REFITTED = 6  # rows or starts of a search that are refitted, which bounds its time
+MOST_NAMED = 3  # corrections, times or frequencies that a message names
 
 
 @dataclass(frozen=True, eq=False)

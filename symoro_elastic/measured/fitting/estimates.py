@@ -6,22 +6,30 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from statistics import NormalDist
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import enumeration
+from symoro_elastic.foundation.packages import for_vibrations
 
 SIGNIFICANT = 4.0  # standard deviations from zero of an effect that is not chance: 6e-5 of normal noise is beyond
+ALARM = 1e-3  # probability with which chance alone raises an alarm
 OUTLYING = 6.0  # robust standard deviations beyond which a value is an outlier
 CAUCHY = 2.5
 """c of Cauchy's weights 1 / (1 + (r / c)^2), in standard deviations: 95 % efficient (Holland and Welsch 1977)."""
 TO_DEVIATION = 1.4826  # standard deviation of normal noise over the median of its absolute values
+CORRELATED = 0.3
+"""Correlation that counts: of neighbouring residuals beyond that of averages; an offset of twice its standard deviation
+pulls an estimate that is so correlated with it by 0.6 of that one's."""
 WELL_KNOWN = 0.1  # standard deviation of an identified parameter, over its size or over the prior standard deviation
-HARDLY_KNOWN = 0.5  # fraction of the prior standard deviation above which a parameter counts as undetermined
+HARDLY_KNOWN = 0.5  # fraction of the prior standard deviation, or of noise, above which a parameter is undetermined
 SMALL_PART = 0.1  # of the largest entry of a direction, below which a parameter does not belong to it
 SAME_SLOPE = 0.15  # relative difference of slopes that are called equal
 TEN_PERCENT = math.log(1.1)
+MOST_STEPS = 60  # of Gauss-Newton or Levenberg-Marquardt to a minimum
+ROUNDING = 1e-9  # of the largest of such numbers: smaller ones are rounding
 
 
 class Verdict(StrEnum):
@@ -71,6 +79,11 @@ class Estimate:
         return self.std / abs(self.value) if self.value else math.inf
 
 
+def largest_of_chance(count: int = 1) -> float:
+    """Return the standard deviations beyond which, on one side, none of `count` estimates is by chance."""
+    return NormalDist().inv_cdf(1 - ALARM / max(count, 1))
+
+
 def is_identified(value: float, std: float) -> bool:
     """Whether an estimate is known to a tenth of itself."""
     return std <= WELL_KNOWN * abs(value)
@@ -117,13 +130,10 @@ def undetermined_directions(unknowns: Sequence[Unknown], x: Array, covariance: A
 
 def directions(null: Array) -> list[Array]:
     """Return a basis of a space (p, k) of directions, each with a parameter that no other direction contains."""
-    remaining, pivots = null.copy(), []
-    for _ in range(null.shape[1]):
-        pivot = int(np.argmax(np.sum(remaining**2, axis=1)))
-        row = remaining[pivot] / np.linalg.norm(remaining[pivot])
-        remaining = remaining - np.outer(remaining @ row, row)
-        pivots.append(pivot)
-    return list((null @ np.linalg.inv(null[pivots])).T) if pivots else []
+    if not null.size:
+        return []
+    pivots = for_vibrations("scipy.linalg").qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]]
+    return list((null @ np.linalg.inv(null[pivots])).T)
 
 
 def _sentence(labels: Sequence[str], direction: Array, sizes: Array) -> str:

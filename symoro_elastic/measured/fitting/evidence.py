@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.measured.fitting.estimates import largest_of_chance
 
 STEP = 1e-5  # of unknowns, for central differences: of a cubic they are off by STEP^2
 ROUNDING = 1e-13  # of the largest eigenvalue of correlations: smaller ones are rounding
-SELDOM = 3.09  # standard deviations of Wilson and Hilferty's variable that right data exceed once in a thousand
 
 
 @dataclass(frozen=True)
@@ -70,4 +70,4 @@ def information_root(covariance: Array) -> Array:
 def largest_chi2(freedom: float) -> float:
     """Return what a mean square of noise exceeds once in a thousand, by degrees of freedom (Wilson and Hilferty)."""
     spread = 2 / (9 * max(freedom, 1.0))
-    return float((1 - spread + SELDOM * math.sqrt(spread)) ** 3)
+    return float((1 - spread + largest_of_chance() * math.sqrt(spread)) ** 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,25 +14,12 @@ from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.logs.filtering import (
-    DRAWS,
-    FEWEST_OPEN,
-    Filter,
-    FilteredMotion,
-    as_measured,
-    average,
-    filtered_motion,
-    moving,
-    noises_like,
-    shared_noise,
-    smooth,
-)
+from symoro_elastic.measured.logs import filtering
 from symoro_elastic.measured.logs.noise import masked_correlation
 from symoro_elastic.measured.logs.possible import Linear
 from symoro_elastic.measured.logs.regression import Regressor
 
-PIECE = 4000  # samples evaluated at a time at most
-ENTRIES = 5_000_000  # entries of Y evaluated at a time, about
+ENTRIES = 1_000_000  # entries of Y evaluated at a time, about
 SIGNS = (1.0, -1.0)
 CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 
@@ -60,9 +48,9 @@ class Sampled:
     """
 
     record: Measurements
-    motion: FilteredMotion
+    motion: filtering.FilteredMotion
     counted: BoolArray
-    chosen: Filter | None
+    chosen: filtering.Filter | None
     staying: BoolArray
     """Samples (N, m) at which torques of motors stay at an end of their range, or do not change."""
 
@@ -70,18 +58,18 @@ class Sampled:
     def pieces(self) -> list[slice]:
         """Pieces of the record that hold whole windows, without large intermediate arrays."""
         samples, joints = self.motion.q.shape
-        return _pieces(samples, self.chosen, max(1, min(PIECE, ENTRIES // (10 * joints**2))))
+        return _pieces(samples, self.chosen, max(1, ENTRIES // (10 * joints**2)))
 
     @cached_property
     def _shared_noise(self) -> Array:
         """Covariances of white noise in rows with that 0, 1, 2 ... rows later, before rows are scaled."""
-        return shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
+        return filtering.shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
 
     @cached_property
     def scale(self) -> Array:
         """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
         variance = self._shared_noise[0]
-        used = variance >= FEWEST_OPEN
+        used = variance >= filtering.FEWEST_OPEN
         return np.where(used, 1 / np.sqrt(np.where(used, variance, 1.0)), 0.0)
 
     @property
@@ -97,7 +85,7 @@ class Sampled:
     @cached_property
     def draws(self) -> list[tuple[Array, Array, Array]]:
         """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
-        return noises_like(self.record, self.chosen, DRAWS, zeros=True)[0] if self.chosen else []
+        return filtering.noises_like(self.record, self.chosen, filtering.DRAWS, zeros=True)[0] if self.chosen else []
 
     def averages_of_few(self, x: Array, every: int) -> Array:
         """Return averages of x (M, n), whose entries represent `every` samples, the last one the remaining ones."""
@@ -107,13 +95,13 @@ class Sampled:
     def averages(self, x: Array) -> Array:
         """Return averages of x (N, n)."""
         used = x * self.counted
-        rows: Array = (average(used, self.chosen) if self.chosen else used) * self.scale
+        rows: Array = (filtering.average(used, self.chosen) if self.chosen else used) * self.scale
         return rows
 
     def torques(self, delay: float) -> tuple[Array, Array]:
         """Return torques of motors (N, m) so much later than positions, and their slopes."""
         record, at = self.record, self.motion.t + delay
-        smoothed = smooth(record.tau, self.chosen, record) if self.chosen else record.tau
+        smoothed = filtering.smooth(record.tau, self.chosen, record) if self.chosen else record.tau
         step = record.period if record.is_even else record.t
         slopes = np.gradient(smoothed, step, axis=0) if smoothed.size else smoothed
         late, slope = (np.array([np.interp(at, record.t, x) for x in y.T]).T for y in (record.tau, slopes))
@@ -139,13 +127,13 @@ class Equations:
         """Values of columns that are known."""
         return self.linear.known
 
-    def sample(self, record: Measurements, chosen: Filter | None, trusted: Collection[int] = ()) -> Sampled:
+    def sample(self, record: Measurements, chosen: filtering.Filter | None, trusted: Collection[int] = ()) -> Sampled:
         """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows.
 
         Nor do those at which torques stay at an end of their range, nor their neighbours that filters blur, except for
         `trusted` motors (0-based).
         """
-        motion = filtered_motion(record, chosen) if chosen else as_measured(record)
+        motion = filtering.filtered_motion(record, chosen) if chosen else filtering.as_measured(record)
         self._refuse_open(motion, record.source)
         counted = self._counted_samples(motion, chosen)
         counted[:, list(self.unmeasured_joints(record, motion.still))] = False
@@ -174,7 +162,7 @@ class Equations:
         scaled = [x * sampled.scale[:, :, None] for x in (right, *noise)]
         effects = (self.effects(motion.q, m) for m in range(sampled.record.tau.shape[1]))
         offsets = [sampled.averages(x) for x in effects]
-        t = average(motion.t, chosen) if chosen else motion.t
+        t = filtering.average(motion.t, chosen) if chosen else motion.t
         stacked = np.stack(offsets, axis=2) if offsets else np.zeros((*given.shape, 0))
         rows = scaled[0], given * sampled.scale, stacked
         return Rows(t, *rows, motion.still, sampled.correlation, tuple(scaled[1:]))
@@ -187,12 +175,12 @@ class Equations:
     def draws(self, sampled: Sampled, X: Array) -> list[Array]:
         """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
         motion = sampled.motion
-        moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
+        is_moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
         some = slice(sampled.every // 2, None, sampled.every)
         q, qd, qdd = motion.part(some)
         rows = []
         for noise in sampled.draws:
-            dq, dqd, dqdd = (x[some] * moving for x in noise)
+            dq, dqd, dqdd = (x[some] * is_moving for x in noise)
             more, less = (
                 self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.estimated_columns, X)
                 for sign in SIGNS
@@ -200,7 +188,7 @@ class Equations:
             rows.append(sampled.averages_of_few((more - less) / 2, sampled.every))
         return rows
 
-    def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
+    def _refuse_open(self, motion: filtering.FilteredMotion, source: str) -> None:
         """Raise `InputError` for positions at which the loops do not close."""
         open_samples = np.flatnonzero(~self.Y.closes(motion.q))
         if len(open_samples):
@@ -208,11 +196,11 @@ class Equations:
             what = "do positions have the zero of the machine's file, in rad and m?"
             raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
 
-    def _counted_samples(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
+    def _counted_samples(self, motion: filtering.FilteredMotion, chosen: filtering.Filter | None) -> BoolArray:
         """Return a mask of samples (N, n) that count in the rows of a joint."""
         dry = [self.Y.columns[c].row for c in self.estimated_columns if self.Y.columns[c].quantity == "FS"]
         rates, *noises = (self.Y.rates(dry, motion.q, qd) for qd in (motion.qd, *(x[1] for x in motion.twins)))
-        fast, counted = moving(rates, noises, chosen), np.ones(motion.q.shape, dtype=bool)
+        fast, counted = filtering.moving(rates, noises, chosen), np.ones(motion.q.shape, dtype=bool)
         for k, row in enumerate(dry):
             counted[:, [i for i in self.Y.felt_by(row) if i not in motion.still]] &= fast[:, [k]]
         return counted
@@ -226,17 +214,18 @@ class Equations:
         """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
         motion, chosen = sampled.motion, sampled.chosen
         motions = [motion.part(piece)]
-        for twin in range(len(motion.twins)):
-            motions += [motion.with_other_noise(twin, sign, piece) for sign in SIGNS]
+        for twin, sign in itertools.product(motion.twins, SIGNS):
+            q, qd, qdd = (x + sign * dx[piece] for x, dx in zip(motions[0], twin, strict=True))
+            motions.append((q, qd, qdd))
         columns = [self.Y.evaluate(*x, self.estimated_columns) for x in motions]
         halves = [(plus - minus) / 2 for plus, minus in zip(columns[1::2], columns[2::2], strict=True)]
         used = sampled.counted[piece].astype(float)
         fixed_torques = self.fixed_torques(motions[0]) * used
         both = [columns[0] * used[:, :, None], fixed_torques, *(x * used[:, :, None] for x in halves)]
-        return [average(x, chosen) if chosen else x for x in both]
+        return [filtering.average(x, chosen) if chosen else x for x in both]
 
 
-def _pieces(samples: int, chosen: Filter | None, most: int) -> list[slice]:
+def _pieces(samples: int, chosen: filtering.Filter | None, most: int) -> list[slice]:
     """Return pieces of a record of about `most` samples that hold whole windows."""
     if chosen is None:
         return [slice(k, k + most) for k in range(0, samples, most)]

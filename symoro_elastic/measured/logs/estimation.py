@@ -10,19 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from statistics import NormalDist
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
+from symoro_elastic.measured.fitting.estimates import (
+    HARDLY_KNOWN,
+    Estimate,
+    Unknown,
+    Verdict,
+    is_identified,
+    largest_of_chance,
+)
 from symoro_elastic.measured.logs.noise import (
     Noise,
     RowNoise,
-    colours,
-    doubt_of_variance,
+    correlation_factors,
     residual_noise,
+    student_factors,
     usual_correlation,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
@@ -31,10 +37,8 @@ FROM_DATA = 1e-6  # independence of columns of length 1
 WEIGHTINGS = 3  # reweightings of the rows of joints
 COLLAPSE = 1e-6  # smallest sigma of the first one: a row whose left side is zero may lose all its parameters
 MOST_NOISE = 0.9  # fraction of noise in a direction up to which it is compensated
-HIDDEN = 0.5  # fraction of noise above which a parameter is not identifiable
 ALONE = 0.9  # of a column's energy is in one joint's equation
 POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
-FALSE_ALARMS = 0.01  # share of records of right machines in which a value is called negative
 FEWEST_ROWS = 2  # independent equations for each parameter
 ABSORBED = "not estimated: "
 
@@ -110,7 +114,7 @@ def solve(Y: Array, tau: Array, noise: RowNoise | None = None, rounds: int = WEI
     X, spread, condition, share, parts = _weighted_solution(Y, tau, sigma, noise.columns)
     predicted = Y @ X
     law = _law(Y, tau, X, sigma, noise)
-    raised = colours(law, (tau - predicted) / sigma)
+    raised = correlation_factors(law, (tau - predicted) / sigma)
     draws = [] if noise.draws is None else [D / sigma * raised for D in noise.draws(X)]
     covariance = spread @ _of_scores(Y / sigma[:, None], law.with_factors(raised), correlation, draws) @ spread
     unsure = parts.in_doubt(len(Y), usual_correlation(correlation), len(noise.columns))
@@ -135,7 +139,7 @@ def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array])
     uncertain itself: its variance is that of Student's distribution.
     """
     own = law.torques if drawn and law.torques else law
-    covariance = own.with_factors(doubt_of_variance(Y, correlation)).of_scores(Y)
+    covariance = own.with_factors(student_factors(Y, correlation)).of_scores(Y)
     if drawn:
         scores = np.array([np.einsum("rjc,rj->c", Y, D) for D in drawn])
         covariance = covariance + scores.T @ scores / max(len(scores) - 2, 1)
@@ -175,8 +179,8 @@ class _Parts:
         rows without their correlations. A direction that noise hides is in doubt by all of its size.
         """
         nu = max(rows / (1 + 2 * sum(x * x for x in correlation[1:]) / correlation[0] ** 2), 1.0)
-        error = math.sqrt(2 * (1 + 1 / max(draws, 1)) / nu) * self.share / np.maximum(1 - self.share, 1 - HIDDEN)
-        return self.X * np.where(self.share > HIDDEN, 1.0, np.maximum(error, 0.0))
+        error = math.sqrt(2 * (1 + 1 / max(draws, 1)) / nu) * self.share / np.maximum(1 - self.share, 1 - HARDLY_KNOWN)
+        return self.X * np.where(self.share > HARDLY_KNOWN, 1.0, np.maximum(error, 0.0))
 
 
 def _weighted_solution(
@@ -342,13 +346,13 @@ def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str])
     energy = ((Y / solution.sigma[:, None]) ** 2).sum(axis=0)
     owner, shares = energy.argmax(axis=0), energy.max(axis=0) / energy.sum(axis=0)
     owner = np.where(shares > ALONE, owner, -1)
-    hidden, lost = {}, {int(j) for j in owner[solution.noise > HIDDEN] if j >= 0 and not tau[:, j].any()}
+    hidden, lost = {}, {int(j) for j in owner[solution.noise > HARDLY_KNOWN] if j >= 0 and not tau[:, j].any()}
     for k, noise in enumerate(solution.noise):
         if int(owner[k]) in lost:
             hidden[k] = (
                 f"{joints[owner[k]]} has no motor and determines its parameters only up to a factor: give one as known"
             )
-        elif noise > HIDDEN:
+        elif noise > HARDLY_KNOWN:
             hidden[k] = (
                 f"{min(100, round(100 * noise))} % of what distinguishes it from the others is noise of the positions"
             )
@@ -371,12 +375,9 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
 
 
 def _consistency(estimates: Iterable[Estimate]) -> list[str]:
-    """Return notes on physically positive values that are negative by more than chance.
-
-    By so many standard deviations that one estimate in a hundred records would be, were they all zero.
-    """
+    """Return notes on physically positive values that are negative by more than chance, were they all zero."""
     alone = [e for e in estimates if e.unknown.formula == e.unknown.label and e.unknown.quantity in POSITIVE]
-    enough = NormalDist().inv_cdf(1 - FALSE_ALARMS / max(len(alone), 1))
+    enough = largest_of_chance(len(alone))
     notes = []
     for e in alone:
         if e.value < -enough * e.std:

@@ -28,10 +28,10 @@ from symoro_elastic.measured.logs.fourier_motion import (
     FourierMotion,
     Limits,
     Periodic,
-    beside,
     from_rest,
     random_motion,
     rise,
+    with_neighbours,
     within,
 )
 from symoro_elastic.measured.logs.friction_laws import COSINE, SINE, FrictionLaws, refuse_laws, without_cogging
@@ -109,7 +109,7 @@ class Response:
         smooth = [c for c in range(len(self._values)) if c not in dry]
         felt = self.Y.torques(*states, smooth, self._values[smooth]) + self.Y.loads(states[0])
         friction = self.Y.evaluate(*states, dry) @ self._values[dry]
-        friction = beside(friction + self.laws.torques(states) if self.laws else friction)
+        friction = with_neighbours(friction + self.laws.torques(states) if self.laws else friction)
         more, motors = rise(felt), self._motors
         most, least = felt + more + friction.max(axis=0), felt - more + friction.min(axis=0)
         return least[:, motors].min(axis=0) - self.cogging, most[:, motors].max(axis=0) + self.cogging
@@ -511,7 +511,7 @@ class ExcitedLaws:
         by_column, load = self.columns(motion)[:, :, :count] * self._numbers[:count], len(self.laws.load)
         by_column[:, :, :load] += np.sign(by_column[:, :, :load]) * rise(np.abs(by_column[:, :, :load]))
         rates, half = self.Y.rates(list(self.laws.stribeck), q, qd), np.array(list(self.laws.stribeck.values()))
-        near, more = beside(rates), rise(rates)
+        near, more = with_neighbours(rates), rise(rates)
         slowest = np.maximum(np.abs(near).min(axis=0) - more, 0.0) * (near.min(axis=0) * near.max(axis=0) > 0)
         by_column[:, :, load:] *= ((1 + (rates / half) ** 2) / (1 + (slowest / half) ** 2))[:, None]
         torques: Array = by_column.sum(axis=2)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,7 @@ FEWEST_STEPS = 6.0  # of an encoder that motion crosses in a period of the Butte
 MOST_BESIDE = 2.0  # variance of an encoder's noise over that of its staircase alone
 CLEAR_OF_MOTION = 4.0  # modulations over the Butterworth cut-off
 CUBIC = 4  # coefficients, the fewest samples at a gap
-CLOSE = 0.3  # steps: closer samples determine no slope
-FARTHEST = 3  # close samples that are skipped
+CLOSE = 0.3  # steps: samples that are closer to the one before determine no slope, and are left out
 
 
 @dataclass(frozen=True)
@@ -130,12 +129,6 @@ class FilteredMotion:
         """Return some samples of q, qd, qdd."""
         return self.q[piece], self.qd[piece], self.qdd[piece]
 
-    def with_other_noise(self, twin: int, sign: float, piece: slice) -> tuple[Array, Array, Array]:
-        """Return some samples of q, qd, qdd with a twin of their noise added or taken away."""
-        dq, dqd, dqdd = self.twins[twin]
-        q, qd, qdd = self.part(piece)
-        return q + sign * dq[piece], qd + sign * dqd[piece], qdd + sign * dqdd[piece]
-
 
 def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth: float | None = None) -> Filter:
     """Return cut-offs at 5 (Butterworth) and 2 (averages) times the bandwidth of the motion (rule of Janot).
@@ -156,7 +149,7 @@ def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth
 
 
 def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
-    q = measured.q if measured.is_even else clock_of(measured.t, measured.period).evenly(measured.q)
+    q = measured.q if measured.is_even else EvenClock(measured.t, measured.period).evenly(measured.q)
     bandwidths = [bandwidth_of(q[:, k], measured.period) for k in range(q.shape[1])]
     return max([sorted(bandwidths)[int(QUARTILE * len(bandwidths))], *(bandwidths[k] for k in motors)])
 
@@ -200,7 +193,7 @@ def smooth(x: Array, chosen: Filter, record: Measurements | None = None) -> Arra
     """Return x (N, ...) through the zero-phase Butterworth filter, at the times of a record or even ones."""
     if record is None or record.is_even:
         return _butterworth(x, chosen)
-    clock = clock_of(record.t, 1 / chosen.sampling)
+    clock = EvenClock(record.t, 1 / chosen.sampling)
     return clock.at_samples(_butterworth(clock.evenly(x), chosen))
 
 
@@ -270,7 +263,7 @@ def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Ar
     """Return filtered q, qd, qdd, without the transients at both ends."""
     if record.is_even:
         return _even_derivatives(record, chosen, chosen.trim)
-    clock = clock_of(record.t, 1 / chosen.sampling)
+    clock = EvenClock(record.t, 1 / chosen.sampling)
     lost = 2  # by differences
     even = _even_derivatives(with_change(record, clock.t, clock.evenly), chosen, lost)
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
@@ -381,7 +374,7 @@ def still_joints(smoothed: Array, removed: Array) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(moved <= np.maximum(noise, rounding)))
 
 
-def of_encoders(
+def notes_on_encoders(
     record: Measurements, motion: FilteredMotion, chosen: Filter | None, joints: Sequence[str]
 ) -> list[str]:
     """Return notes on joints whose noise is the staircase of their encoder, and on steps too coarse for a motion."""
@@ -401,66 +394,37 @@ def of_encoders(
     return notes
 
 
-def clock_of(t: Array, period: float) -> EvenClock:
-    """Return the even clock of uneven times (N), s, from a cache of the last few."""
-    return _clock(t.tobytes(), period)
-
-
-@lru_cache(maxsize=4)
-def _clock(t: bytes, period: float) -> EvenClock:
-    return EvenClock(np.frombuffer(t), period)
-
-
 class EvenClock:
     """Even times (K), s, over the span of uneven ones (N).
 
     Both ways are linear in what is sampled: cubics between samples, with slopes of parabolas through neighbours, right
-    to the third order of the step and local, so that noise keeps its density in the band of the motion. Neighbours too
-    close to determine a slope are skipped. A cubic by least squares of the neighbours replaces missing samples.
+    to the third order of the step and local, so that noise keeps its density in the band of the motion. Samples too
+    close to determine a slope are left out. A cubic by least squares of the neighbours replaces missing samples.
     """
 
     def __init__(self, t: Array, period: float) -> None:
-        self._at, self._period = t, period
+        self._at = t
         self.t: Array = t[0] + period * np.arange(int((t[-1] - t[0]) / period * (1 + 1e-12)) + 1)
         self._bridges = list(self._bridges_of_gaps(period))
         missing = [times for times, _, _ in self._bridges]
-        self._times = np.concatenate([t, *missing])
-        self._order = np.argsort(self._times, kind="stable")
-        self._times = self._times[self._order]
+        times = np.concatenate([t, *missing])
+        order = np.argsort(times, kind="stable")
+        self._order = order[np.diff(times[order], prepend=-np.inf) >= CLOSE * period]
+        self._times = times[self._order]
 
     def evenly(self, x: Array) -> Array:
         """Return x (N, ...) at the even times."""
         flat = x.reshape(len(x), -1)
         inserted = [weights @ flat[neighbours] for _, neighbours, weights in self._bridges]
         samples = np.concatenate([flat, *inserted])[self._order]
-        curve = for_identification("scipy.interpolate").CubicHermiteSpline(self._times, samples, self._slopes(samples))
-        even: Array = curve(self.t)
+        slopes = np.gradient(samples, self._times, axis=0, edge_order=2)
+        even: Array = for_identification("scipy.interpolate").CubicHermiteSpline(self._times, samples, slopes)(self.t)
         return even.reshape(len(self.t), *x.shape[1:])
 
     def at_samples(self, x: Array) -> Array:
         """Return x (K, ...), which is smooth, at the uneven times."""
         uneven: Array = for_identification("scipy.interpolate").CubicSpline(self.t, x)(self._at)
         return uneven
-
-    def _slopes(self, x: Array) -> Array:
-        """Return slopes (N, k) of parabolas through each sample and its neighbours."""
-        (left, back), (right, on) = self._beside
-        before, after = (x - x[left]) / back, (x[right] - x) / on
-        slopes: Array = (on * before + back * after) / (back + on)
-        return slopes
-
-    @cached_property
-    def _beside(self) -> list[tuple[AnyArray, Array]]:
-        """Neighbours before and after each sample, and how far they are (N, 1); at the ends two on the same side."""
-        t, last, found = self._times, len(self._times) - 1, []
-        for side in (-1, 1):
-            other = np.arange(last + 1) + side
-            for _ in range(FARTHEST):
-                inner = np.clip(other, 0, last)
-                other += side * (np.abs(t[inner] - t) < CLOSE * self._period)
-            other = np.where((other < 0) | (other > last), np.arange(last + 1) - 2 * side, other)
-            found.append((other, side * (t[other] - t)[:, None]))
-        return found
 
     def _bridges_of_gaps(self, period: float) -> Iterator[tuple[Array, slice, Array]]:
         """Yield times of missing samples, the slice of their neighbours, and the weights of these."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -19,20 +18,6 @@ LONGEST_START = 8  # periods
 ENDS = 1.0002  # samples of a start miss 1 - cos(pi / 192) of a peak
 SMALLER = 0.98  # of a motion that is tried next where no start keeps the limits
 MOST_SMALLER = 200  # trials
-
-
-class Periodic(Protocol):
-    """A motion of motors that ends where it begins."""
-
-    @property
-    def period(self) -> float:
-        """Period, s."""
-
-    def at(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return q, qd, qdd (..., m) of the motors at times t (...)."""
-
-    def times(self, finer: int = 1) -> Array:
-        """Return the times of a period at which limits are checked."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +119,10 @@ class Started:
         return times
 
 
+Periodic = FourierMotion | Started
+"""A motion of motors that ends where it begins."""
+
+
 def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
     """Return the motion scaled and centred to the limits; smaller motions stay as they are."""
     q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(motion.times(FINER))
@@ -168,13 +157,13 @@ def from_rest(
     return None
 
 
-def beside(x: Array) -> Array:
+def with_neighbours(x: Array) -> Array:
     """Return samples (N, ...) of a period with those before and after them, (3, N, ...)."""
     return np.stack([np.roll(x, 1, axis=0), x, np.roll(x, -1, axis=0)])
 
 
 def rise(x: Array) -> Array:
     """Return how far a smooth curve may leave samples (N, ...) of a period near each: twice h^2 |x''| / 8."""
-    before, here, after = beside(x)
-    most: Array = beside(np.abs(before - 2 * here + after)).max(axis=0)
+    before, here, after = with_neighbours(x)
+    most: Array = with_neighbours(np.abs(before - 2 * here + after)).max(axis=0)
     return most / 4

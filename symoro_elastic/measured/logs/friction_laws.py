@@ -40,7 +40,6 @@ LAWS = {
 """What its quantities are."""
 ROUNDS = 20  # Gauss-Newton steps
 CONVERGED = 0.02  # standard deviations: last step
-EXACT = 1e-7  # of values: last step without noise
 Motion = tuple[Array, Array, Array]
 
 

@@ -14,7 +14,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import Unknown
+from symoro_elastic.measured.fitting.estimates import ROUNDING, Unknown
+from symoro_elastic.measured.logs import friction_laws, regression
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
     FEWEST_ROWS,
@@ -27,42 +28,31 @@ from symoro_elastic.measured.logs.estimation import (
     refuse_short,
     without_hidden_rows,
 )
-from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, of_encoders
-from symoro_elastic.measured.logs.friction_laws import (
-    CONVERGED,
-    EXACT,
-    LAWS,
-    LOAD,
-    ROUNDS,
-    FrictionLaws,
-    Motion,
-    groups_of,
-    refuse_laws,
-    without_cogging,
+from symoro_elastic.measured.logs.filtering import DRAWS, Filter, average, notes_on_encoders
+from symoro_elastic.measured.logs.late_columns import (
+    Delays,
+    Late,
+    delays_of,
+    late_velocities,
+    moved_back,
+    notes_on_late_columns,
 )
-from symoro_elastic.measured.logs.late_columns import Delays, Late, delays_of, late_velocities, moved_back, said_of_late
 from symoro_elastic.measured.logs.mistakes import mistakes_of
 from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlation
-from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
+from symoro_elastic.measured.logs.outliers import notes_on_outliers, outliers_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
-from symoro_elastic.measured.logs.regression import (
-    Regressor,
-    RegressorColumn,
-    others_than,
-    refuse_unknown_labels,
-    regressor,
-    zero_entries,
-)
+from symoro_elastic.measured.logs.regression import Regressor, RegressorColumn
 from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
     NEVER,
+    ROUNDS,
     Columns,
     Sensors,
     Torques,
-    of_sensors,
-    sensors_of_few,
+    notes_on_sensors,
+    sensors_of_short_record,
     sought_sensors,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
@@ -72,7 +62,6 @@ STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 FEWEST_REVERSALS = 2  # of a joint, in the median, in a record that is not short
 SLOW = 0.1  # of the largest velocity: slower samples do not count as reversals
-MOST_LATE = 6  # steps to late columns
 MOST_STAYING = 0.9  # of the samples at an end of a range: the others are within the noise
 SAMPLES = 200  # of the torques by a unit of a parameter
 
@@ -99,7 +88,7 @@ class LogSettings:
     offsets: str = AUTO
     delay: str = AUTO
     trust: float | None = None
-    laws: FrictionLaws = field(default_factory=FrictionLaws)
+    laws: friction_laws.FrictionLaws = field(default_factory=friction_laws.FrictionLaws)
     robust: bool = False
     is_evidence: bool = False
 
@@ -125,7 +114,7 @@ def identify(
     if chosen:
         pieces_of_records = [[without_spikes(piece, chosen, machine) for piece in some] for some in pieces_of_records]
     step("trace")
-    Y = Y or regressor(without_cogging(machine), settings.values)
+    Y = Y or regression.regressor(friction_laws.without_cogging(machine), settings.values)
     step("group")
     equations = _base_equations(machine, Y, _fixed_columns(Y.columns, settings, machine))
     refuse_amount(pieces_of_records, chosen, len(equations.estimated_columns), settings.trust is not None)
@@ -150,7 +139,7 @@ def _fit(
     try:
         return stack.identification(late, settings), stack.staying
     except InputError as error:
-        raise InputError(error.file, error.place, "; ".join([error.what, *stack.of_stays()])) from None
+        raise InputError(error.file, error.place, "; ".join([error.what, *stack.notes_on_clipping()])) from None
 
 
 def _in_time(
@@ -173,7 +162,7 @@ def _in_time(
 
     if late:
         stack = shifted_stack()
-    for _ in range(MOST_LATE):
+    for _ in range(ROUNDS):
         delays = stack.delays()
         if delays is None or (column := delays.clear or delays.still(late.values())) is None:
             break
@@ -186,7 +175,7 @@ def _in_time(
     moved_columns = [replace(column, torques=None) for column in late.values() if column.whole]
     if delays is None:
         return stack, moved_columns
-    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *delays.systematic]
+    return stack, [*(replace(x, std=delays.now(x).std) for x in moved_columns), *(delays.likely or delays.rivals)]
 
 
 class _Stack:
@@ -197,11 +186,11 @@ class _Stack:
         equations: Equations,
         pieces: Sequence[Sequence[Measurements]],
         chosen: Filter | None,
-        laws: FrictionLaws,
+        laws: friction_laws.FrictionLaws,
         trusted: Collection[int] = (),
     ) -> None:
         """`pieces` are listed by record; torques of `trusted` motors (0-based) count at an end of their range."""
-        refuse_laws(equations.machine, laws)
+        friction_laws.refuse_laws(equations.machine, laws)
         records = [piece for some in pieces for piece in some]
         self._numbers = [k for k, some in enumerate(pieces) for _ in some]
         self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(pieces))
@@ -218,13 +207,15 @@ class _Stack:
         noise = RowNoise(_noises(rows), correlation, repeating, draws if repeating else None)
         self.columns = Columns(Y, offsets, torques, noise, period, fastest)
         if max((x.staying.mean(axis=0).max(initial=0.0) for x in self.sampled), default=0.0) > MOST_STAYING:
-            raise InputError(self._source, "tau", f"hardly anything is left of it: {'; '.join(self.of_stays())}")
+            raise InputError(
+                self._source, "tau", f"hardly anything is left of it: {'; '.join(self.notes_on_clipping())}"
+            )
         if not self.columns.torques(0.0)[0].any():
             what = "is zero throughout, so every parameter could be zero: check the columns, or give known values"
             raise InputError(self._source, "tau", what)
         self._plain = self.columns
         self.driven: Estimation | None = None
-        self._said: list[str] = []
+        self._notes: list[str] = []
         self._unsettled: list[str] = []
 
     @property
@@ -233,7 +224,7 @@ class _Stack:
         motors: list[int] = np.flatnonzero(np.any([x.staying.any(axis=0) for x in self.sampled], axis=0)).tolist()
         return motors
 
-    def of_stays(self) -> list[str]:
+    def notes_on_clipping(self) -> list[str]:
         """Return a line for each motor whose torques stay at an end of their range, or do not change."""
         staying = np.concatenate([x.staying for x in self.sampled])
         tau = np.concatenate([x.motion.tau for x in self.sampled])
@@ -249,11 +240,11 @@ class _Stack:
 
     def identification(self, late: Sequence[Late], settings: LogSettings) -> Identification:
         """Return the estimates with notes."""
-        self.hide(settings.unseen)
+        self._note_unseen(settings.unseen)
         equations, machine = self._equations, self._equations.machine
         sensors, estimation, tau, bodies = self.estimation_with_sensors(settings, late)
-        notes = [*self.notes(), *said_of_late(late, machine), *estimation.notes]
-        notes += [*of_sensors(estimation, sensors, machine), *(bodies.notes if bodies else ())]
+        notes = [*self.notes(), *notes_on_late_columns(late, machine), *estimation.notes]
+        notes += [*notes_on_sensors(estimation, sensors, machine), *(bodies.notes if bodies else ())]
         notes += mistakes_of(equations, self.sampled, estimation.estimates)
         springs = _springs(estimation, self.columns.Y, len(equations.estimated_columns))
         parts = springs, _neutral(estimation, machine), sensors, bodies, self.laws, self.driven
@@ -266,12 +257,12 @@ class _Stack:
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
         silent = {k: None for x in self.sampled for k in self._equations.unmeasured_joints(x.record, x.motion.still)}
         unmeasured = [f"{names[k]} is held still, and its torques are zero throughout: not measured" for k in silent]
-        notes = [*(line for x in self.sampled for line in x.record.warnings), *self.of_stays()]
-        notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
+        notes = [*(line for x in self.sampled for line in x.record.warnings), *self.notes_on_clipping()]
+        notes += [*(first.chosen.description() if first.chosen else ()), *of_columns, *unmeasured, *self._notes]
         notes += self._unsettled
         by_length = sorted(zip(self._numbers, self.sampled, strict=True), key=lambda pair: len(pair[1].motion.t))
         longest = [dict(by_length)[k] for k in sorted({*self._numbers})]
-        return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
+        return notes + [line for x in longest for line in notes_on_encoders(x.record, x.motion, x.chosen, names)]
 
     def delays(self) -> Delays | None:
         """Return how late columns are; None where rows are too few."""
@@ -295,7 +286,7 @@ class _Stack:
             plain, right = plain + slopes[:, :, :-1], slopes[:, :, -1]
         return np.concatenate([plain, more], axis=2), right
 
-    def _averages_of(self, columns_of: Callable[[int, Motion], Array]) -> Array:
+    def _averages_of(self, columns_of: Callable[[int, friction_laws.Motion], Array]) -> Array:
         """Return averages of columns, which number of record and motion give, (rows, n, k)."""
         averages = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
@@ -304,8 +295,8 @@ class _Stack:
             averages.append(np.concatenate([average(y, x.chosen) if x.chosen else y for y in columns]) * scale)
         return np.concatenate(averages)
 
-    def hide(self, unseen: Sequence[str]) -> None:
-        """Say what it changes that columns are not sought, which torques do not show."""
+    def _note_unseen(self, unseen: Sequence[str]) -> None:
+        """Note how residuals change without the parameters that load-side torques do not contain."""
         if not unseen:
             return
         Y, joined = self._equations.Y, self.columns.with_sensor_columns(range(self.columns.offsets.shape[2]), None)[0]
@@ -313,14 +304,7 @@ class _Stack:
         more = np.concatenate([joined, self._averages_of(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
         before, after = (_residual_percent(columns, self.columns.torques(0.0)[0]) for columns in (joined, more))
         what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {before:.3g} %"
-        self._said.append(f"{what} of the torque, {after:.3g} % if they were")
-
-    def _leave_out(self) -> None:
-        """Leave out rows that stand out, and name them."""
-        rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
-        names = [joint.name for joint in self._equations.machine.independent_joints]
-        self._said += said_of(self.t, rows, used, names)
-        self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
+        self._notes.append(f"{what} of the torque, {after:.3g} % if they were")
 
     def _with_laws(self, sensors: Sensors) -> None:
         """Add the columns of laws of friction, linear about a fit with the terms of sensors."""
@@ -330,53 +314,52 @@ class _Stack:
             :, :, count:
         ]
         if self.laws.load and not self.laws.X:
-            X = groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
+            X = friction_laws.groups_of(np.concatenate([plain.Y, sensor_columns], axis=2), tau, count)[0]
             self.laws = self.laws.about(linear, X.tolist())
         own = count + len(self.laws.load)
-        for _ in range(ROUNDS):
+        for _ in range(friction_laws.ROUNDS):
             Y, right = self._of_laws()
             if own == count:
                 break
-            X, std = groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
+            X, std = friction_laws.groups_of(np.concatenate([Y, sensor_columns], axis=2), tau - right, own)
             before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
             X[count:] += before[count:]
-            if (np.abs(X - before) <= CONVERGED * std + EXACT * np.abs(X)).all():
+            if (np.abs(X - before) <= friction_laws.CONVERGED * std + ROUNDING * np.abs(X)).all():
                 break
             self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
         else:
-            self._unsettled = [
-                f"load friction: not settled after {ROUNDS} steps, so its standard deviations are too small"
-            ]
+            steps = f"load friction: not settled after {friction_laws.ROUNDS} steps"
+            self._unsettled = [f"{steps}, so its standard deviations are too small"]
         noise = plain.noise.with_exact(Y.shape[2] - count)
         torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
         self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
 
-    def _say_of_laws(self) -> None:
-        """Say what laws of friction change."""
+    def _note_friction_laws(self) -> None:
+        """Note how residuals change without laws of friction."""
         with_it, plain = self.columns, self._plain
         count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
-        for title, kinds in LAWS.items():
+        for title, kinds in friction_laws.LAWS.items():
             other_laws = [count + k for k, x in enumerate(unknowns) if x.quantity not in kinds]
             if len(other_laws) < len(unknowns):
-                own = plain if LOAD in kinds else with_it
+                own = plain if friction_laws.LOAD in kinds else with_it
                 Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, other_laws], plain.offsets], axis=2)
                 both = np.concatenate([with_it.Y, plain.offsets], axis=2)
-                self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
+                self._note_residuals(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
 
-    def _say(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
-        """Say by how much residuals of columns and torques change."""
+    def _note_residuals(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
+        """Note by how much residuals of columns and torques change."""
         after, before = _residual_percent(*with_it), _residual_percent(*without_it)
-        self._said.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
+        self._notes.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
 
-    def _say_of(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
-        """Say what offsets and a delay change."""
+    def _note_sensor_terms(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
+        """Note how residuals change without offsets and a delay."""
         columns = self.columns
         if sensors.offsets:
             without = columns.with_sensor_columns((), slopes if sensors.has_delay else None)[0]
-            self._say("offset of torques", (Y, tau), (without, tau))
+            self._note_residuals("offset of torques", (Y, tau), (without, tau))
         if sensors.has_delay:
             at_once = columns.with_sensor_columns(sensors.offsets, None)[0], columns.torques(0.0)[0]
-            self._say("delay of torques", (Y, tau), at_once)
+            self._note_residuals("delay of torques", (Y, tau), at_once)
 
     def _largest_torques(self) -> Array:
         """Return the largest torques on joints by a unit of the columns, (n, columns)."""
@@ -392,16 +375,20 @@ class _Stack:
         if has_laws:
             self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
         if settings.robust:
-            self._leave_out()
+            rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
+            self._notes += notes_on_outliers(
+                self.t, rows, used, [x.name for x in self._equations.machine.independent_joints]
+            )
+            self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
         columns, count = self.columns, self.columns.Y.shape[2]
         if settings.trust is None:
             refuse_short(_nonzero_rows(columns.Y), count, usual_correlation(columns.correlation), self._source)
         is_short = self._is_short(count)
-        sensors = (sensors_of_few if is_short else sought_sensors)(columns, settings.offsets, settings.delay)
+        sensors = (sensors_of_short_record if is_short else sought_sensors)(columns, settings.offsets, settings.delay)
         if self.laws.load:
             self._with_laws(sensors)
         if has_laws:
-            self._say_of_laws()
+            self._note_friction_laws()
         return sensors, is_short
 
     def estimation_with_sensors(
@@ -418,7 +405,7 @@ class _Stack:
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.with_sensor_columns(sensors.offsets, slopes if sensors.has_delay else None)
         if not is_short:
-            self._say_of(sensors, Y, tau, slopes)
+            self._note_sensor_terms(sensors, Y, tau, slopes)
         every = [*unknowns, *sensors.unknowns(machine)]
         names = tuple(joint.name for joint in machine.independent_joints)
         data = None if trust is None else Data(Y, tau, self._largest_torques(), is_short)
@@ -501,8 +488,8 @@ def _driven(machine: Machine) -> list[int]:
 def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
     """Return values of columns that are not sought, by number."""
     fixed = settings.known
-    refuse_unknown_labels(machine, fixed, columns)
-    fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
+    regression.refuse_unknown_labels(machine, fixed, columns)
+    fixed = {**regression.others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in fixed.items():
         if not math.isfinite(value):
@@ -563,7 +550,7 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
     """Return a note on parameters that are estimated although the table gives them as zero."""
-    entries = zero_entries(machine)
+    entries = regression.zero_entries(machine)
     zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []

@@ -22,14 +22,11 @@ from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
 from symoro_elastic.measured.logs.equations import Equations, Sampled
 from symoro_elastic.measured.logs.filtering import Filter, differentiate, smooth
 from symoro_elastic.measured.logs.noise import usual_correlation
-from symoro_elastic.measured.logs.sensors import Columns, delay_of
+from symoro_elastic.measured.logs.sensors import ROUNDS, Columns, delay_of
 
 CLEAR = 2 * VERY_STRONG  # difference of BIC
-LEAST = 0.6  # samples: smaller delays are not of integer samples
-WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted
+WHOLE = 0.25  # samples from an integer that a column may be late after it was shifted, which is reported
 LONGEST = 50  # samples
-DOUBTED = 0.2  # samples: larger standard deviations are reported
-ROUNDS = 6  # Gauss-Newton steps to a lag
 EXACT = 1e-12  # of squares of residuals, which rounding leaves
 LIKE = 0.1  # of velocities: largest difference from derivatives of positions that a delay explains
 JOINT, POSITION, VELOCITY, TORQUE = ("q", "qd", "qdd"), ("q",), ("qd", "qdd"), ("tau",)
@@ -142,23 +139,19 @@ class Delays:
     @property
     def clear(self) -> Late | None:
         """The column whose delay explains the residuals clearly; of equal ones that which is late rather than early."""
-        certain = [x for x in self._likely if LEAST < abs(x.samples) < LONGEST]
+        certain = [x for x in self.likely if x.whole and abs(x.samples) < LONGEST]
         return max(certain, key=lambda x: (x.samples > 0, x.evidence), default=None)
 
     @property
-    def _likely(self) -> list[Late]:
+    def likely(self) -> list[Late]:
+        """Columns that are late by the residuals, or may be."""
         best = max((x.evidence for x in self.columns), default=0.0)
         return [x for x in self.columns if x.evidence > max(best - CLEAR, CLEAR)]
-
-    @property
-    def systematic(self) -> list[Late]:
-        """Columns that are late, or may be, by what no shift explains."""
-        return self._likely or list(self.rivals)
 
     def still(self, shifted: Iterable[Late]) -> Late | None:
         """Return a column that is late by a sample after its shift was rounded, rather than all torques."""
         later = (self.now(x) for x in shifted)
-        return next((x for x in later if x.evidence > 0 and abs(x.samples) > LEAST), None)
+        return next((x for x in later if x.evidence > 0 and x.whole), None)
 
     def now(self, late: Late) -> Late:
         """Return how late a column is that was moved back; in time if nothing is known of it."""
@@ -180,9 +173,8 @@ def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns
     compared = [replace(x, evidence=x.evidence - max(every, 0.0)) for x in alone]
     if delay is None or every < CLEAR or max(x.evidence for x in compared) > CLEAR:
         return Delays(tuple(compared))
-    late = _delays(equations, records, columns, delay[0])[0]
     rivals = [x for x in compared if delay[0] < 0 and x.quantities == JOINT and x.evidence > -CLEAR]
-    return Delays(tuple(late), tuple(rivals))
+    return Delays(tuple(_delays(equations, records, columns, delay[0])[0]), tuple(rivals))
 
 
 def _delays(
@@ -248,7 +240,7 @@ def _of_torques(equations: Equations, sampled: Sampled, delay: float) -> Array:
     return np.array([-sampled.averages(equations.Y.joint_torques(sampled.motion.q, slopes * unit)) for unit in units])
 
 
-def said_of_late(late: Sequence[Late], machine: Machine) -> list[str]:
+def notes_on_late_columns(late: Sequence[Late], machine: Machine) -> list[str]:
     """Return a line for each column that was shifted, and one for those that were not."""
     lines, unshifted = [], []
     for column in late:
@@ -257,7 +249,7 @@ def said_of_late(late: Sequence[Late], machine: Machine) -> list[str]:
             unshifted.append(f"{column.header(machine)} is {abs(column.samples):.3g} samples {way}")
             continue
         samples = f"{abs(column.whole)} sample{'' if abs(column.whole) == 1 else 's'}"
-        doubt = f" (+- {column.std:.1g})" if column.std > DOUBTED else ""
+        doubt = f" (+- {column.std:.1g})" if column.std > WHOLE else ""
         what = f"is {samples} {way}{doubt} relative to the other columns (buffered channel?): shifted back"
         lines.append(f"{column.header(machine)} {what}")
     if unshifted:

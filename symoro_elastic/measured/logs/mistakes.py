@@ -29,7 +29,6 @@ INDEPENDENT = 4.0
 SAMPLES = 400  # samples of a log that are compared
 FEWEST = 50  # samples below which nothing is compared
 GAINS = (1e-3, 1e-2, 1.0, 1e2, 1e3)  # gains of a motor near which the best one is determined
-DEGREE = math.pi / 180  # rad
 MINUTE = 60.0  # s
 ZEROS = tuple(np.linspace(-2.75, 3.14, 12).tolist())  # zeros of a joint, rad, near which the best one is determined
 RATIOS = tuple(np.linspace(math.log(4), math.log(400), 60).tolist())
@@ -147,13 +146,13 @@ class _Columns:
         """Yield the log without each usual mistake."""
         log, n = self.log, len(self._joints)
         yield Correction(
-            "positions are in degrees: call their columns q_... [deg]", self._with_scaled(slice(None), DEGREE)
+            "positions are in degrees: call their columns q_... [deg]", self._with_scaled(slice(None), math.radians(1))
         )
         in_seconds = replace(log, qd=log.qd / MINUTE, qdd=log.qdd / MINUTE**2)
         yield Correction("t is in minutes: call it t [min]", in_seconds)
         for k, joint in enumerate(self._joints):
             yield Correction(f"q_{joint} has the opposite sign", self._with_scaled(k, -1.0))
-            yield Correction(f"q_{joint} is in degrees: call it q_{joint} [deg]", self._with_scaled(k, DEGREE))
+            yield Correction(f"q_{joint} is in degrees: call it q_{joint} [deg]", self._with_scaled(k, math.radians(1)))
         for a, b in combinations(range(n), 2):
             exchanged = log.with_positions(partial(_with_exchanged, a=a, b=b))
             yield Correction(f"q_{self._joints[a]} and q_{self._joints[b]} are exchanged", exchanged)
@@ -309,7 +308,7 @@ def _motions(equations: Equations, log: _Log) -> list[str]:
         for what, x in (("position", log.q), ("velocity", log.qd), ("acceleration", log.qdd)):
             A = np.column_stack([x[:, k], np.ones(len(x))])
             slope, offset = np.linalg.lstsq(A, tau, rcond=None)[0]
-            in_a_unit = any(abs(slope / unit - 1) < SAME_MOTION for unit in (1.0, -1.0, 1 / DEGREE))
+            in_a_unit = any(abs(slope / unit - 1) < SAME_MOTION for unit in (1.0, -1.0, 1 / math.radians(1)))
             error = np.linalg.norm(tau - A @ [slope, offset])
             if in_a_unit and error < SAME_MOTION * np.linalg.norm(tau - tau.mean()):
                 lines.append(f"tau_{name} is the {what} of {name}: give the column of its torque")

@@ -15,12 +15,12 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.measured.fitting.estimates import CORRELATED
 
 FEWEST_LAGS = 24  # of the correlation of positions' noise
 PART = 4  # of the rows: lags are at most a quarter
 MOST_ALIKE = 0.98  # largest correlation of neighbours, of which standard deviations rise tenfold
 FEWEST_FREEDOM = 3.0  # degrees of freedom of a variance
-CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is not chance
 
 
 Draws = Callable[[Array], Sequence[Array]]
@@ -169,7 +169,8 @@ class Noise:
         if not self.density.any():
             return np.zeros((Y.shape[2], Y.shape[2]))
         spectrum = np.fft.rfft(Y, padded_length(len(Y)), axis=0)
-        through = (self.density @ spectrum) * _both_signs(len(Y))[:, None, None]
+        through = self.density @ spectrum
+        through[1:-1] *= 2  # frequencies of both signs
         total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded_length(len(Y))
         return total
 
@@ -179,14 +180,7 @@ def padded_length(rows: int) -> int:
     return int(2 ** np.ceil(np.log2(2 * rows)))
 
 
-def _both_signs(rows: int) -> Array:
-    """Return how often each frequency of rfft counts."""
-    counts = np.full(padded_length(rows) // 2 + 1, 2.0)
-    counts[[0, -1]] = 1.0
-    return counts
-
-
-def of_records(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
+def spectral_density(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
     """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n).
 
     Noises that are not `repeating` are forgotten after a quarter of the rows, which makes their spectrum smooth.
@@ -200,15 +194,11 @@ def of_records(records: Sequence[Array], used: Array, repeating: bool = False) -
         return density
     correlation = np.fft.irfft(cross, padded_length(rows), axis=0)
     lags = np.minimum(np.arange(padded_length(rows)), padded_length(rows) - np.arange(padded_length(rows)))
-    window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
+    last = min(max(FEWEST_LAGS, rows // PART), rows)
+    parzen = for_identification("scipy.signal").windows.parzen(2 * last + 1)  # whose densities are never negative
+    window = np.pad(parzen[last:], (0, len(lags)))[lags]
     density = np.fft.rfft(correlation * window[:, None, None], axis=0)
     return density.reshape(-1, joints, joints)
-
-
-def _parzen(x: Array) -> Array:
-    """Return the lag window of Parzen, whose spectral densities are never negative."""
-    near, far = 1 - 6 * x**2 * (1 - x), 2 * np.maximum(1 - x, 0.0) ** 3
-    return np.where(x < 0.5, near, far)
 
 
 def residual_noise(
@@ -232,14 +222,14 @@ def residual_noise(
     energy = (residuals**2).sum(axis=0)
     density = np.zeros((padded_length(rows) // 2 + 1, joints, joints), dtype=complex)
     if positions:
-        density += of_records(positions, used, repeating)
+        density += spectral_density(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
     variance, active = np.zeros(joints), np.flatnonzero(used > 0)
     variance[active] = for_identification("scipy.optimize").nnls(A[np.ix_(active, active)], energy[active])[0]
     return Noise(density, rows, Averages(variance, correlation))
 
 
-def doubt_of_variance(Y: Array, correlation: Array) -> Array:
+def student_factors(Y: Array, correlation: Array) -> Array:
     """Return by what the standard deviation of scores is larger for the variance of noise is from few rows, (n).
 
     Beside a variance of f degrees of freedom the truth has Student's distribution, whose variance is f / (f - 2) times
@@ -254,7 +244,7 @@ def doubt_of_variance(Y: Array, correlation: Array) -> Array:
     return factors
 
 
-def colours(noise: Noise, residuals: Array) -> Array:
+def correlation_factors(noise: Noise, residuals: Array) -> Array:
     """Return by what slow noise, or what the model lacks, raises standard deviations of scores, (n).
 
     Neighbours of residuals (rows, n) are more alike than averages of white noise: by e, as in a first-order process,

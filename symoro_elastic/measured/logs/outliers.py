@@ -20,6 +20,7 @@ from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import CAUCHY, OUTLYING, TO_DEVIATION
 from symoro_elastic.measured.logs.estimation import FROM_DATA, balanced_rows
 from symoro_elastic.measured.logs.filtering import Filter, smooth
@@ -28,12 +29,11 @@ from symoro_elastic.numerics.linear.independence import independent_columns
 
 NEIGHBOURS = 7  # samples of the median
 ALONG_SLOPES = 4.0  # steps of a slope, of which noise alone has one: three are to the end of the neighbours
-QUIET = 0.8  # of the samples, at any place, too, that are not spikes
+QUIET = 0.8  # of the samples, at any place, too, that are not spikes: their quantile is that of noise
 NEAR = 50  # samples to either side that determine the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: least noise
 MOST_SPIKES = 0.1  # of the samples: more are noise with long tails
 ROUNDS = 30  # reweightings
-MOST_NAMED = 4  # spans of time in a line
 
 
 def outliers_of(columns: Columns) -> BoolArray:
@@ -66,7 +66,7 @@ def without(columns: Columns, rows: BoolArray) -> Columns:
     )  # fmt: skip
 
 
-def said_of(t: Array, rows: BoolArray, used: BoolArray, joints: Sequence[str]) -> list[str]:
+def notes_on_outliers(t: Array, rows: BoolArray, used: BoolArray, joints: Sequence[str]) -> list[str]:
     """Return a line for each joint with rows at times t (rows) that are left out."""
     lines = []
     for k, joint in enumerate(joints):
@@ -102,9 +102,9 @@ def spikes_of(x: Array, slow: Array) -> tuple[Array, BoolArray]:
     deviations = fast - median(fast, NEIGHBOURS, mode="nearest")
     slopes = median(np.abs(np.diff(fast, prepend=fast[:1])), NEIGHBOURS + 2, mode="nearest")
     beyond = np.abs(deviations) - ALONG_SLOPES * slopes
-    unusual = x != np.quantile(x, 0.5, method="lower")
-    noise = _deviation(deviations[unusual]) if unusual.any() else 0.0
-    spikes = beyond > OUTLYING * max(noise, _deviation(deviations), resolution_of(x), LEAST * float(x.std()))
+    samples = (deviations, deviations[x != np.quantile(x, 0.5, method="lower")])
+    noise = max(_deviation(some) for some in samples if len(some))
+    spikes: BoolArray = beyond > OUTLYING * max(noise, resolution_of(x), LEAST * float(x.std()))
     for k in np.flatnonzero(spikes):
         spikes[k] = beyond[k] > OUTLYING * _deviation(deviations[max(0, k - NEAR) : k + NEAR + 1])
     return np.where(spikes, x - deviations, x), spikes

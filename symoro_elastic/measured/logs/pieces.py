@@ -53,7 +53,7 @@ def in_pieces(record: Measurements, chosen: Filter | None) -> list[Measurements]
     if not long_enough:
         what = f"{gaps} leave no piece of {least * record.period:.3g} s, which filters of this motion need"
         raise InputError(record.source, "t", f"{what}: measure again, or give a higher --bandwidth")
-    first = replace(long_enough[0], warnings=(*record.warnings, *_said(record, every, long_enough, gaps)))
+    first = replace(long_enough[0], warnings=(*record.warnings, *_notes(record, every, long_enough, gaps)))
     return [first, *long_enough[1:]]
 
 
@@ -67,7 +67,7 @@ def _refuse_rest(records: Sequence[Measurements], chosen: Filter) -> None:
     raise InputError(records[0].source, "q", what)
 
 
-def _said(record: Measurements, every: Sequence[Measurements], used: Sequence[Measurements], gaps: str) -> list[str]:
+def _notes(record: Measurements, every: Sequence[Measurements], used: Sequence[Measurements], gaps: str) -> list[str]:
     """Return lines on gaps, and on the steps of uneven sampling."""
     lines = []
     share = 100 * sum(float(np.ptp(piece.t)) for piece in used) / float(np.ptp(record.t))
@@ -88,22 +88,16 @@ def _said(record: Measurements, every: Sequence[Measurements], used: Sequence[Me
     return lines
 
 
-def _equation_count(records: Sequence[Measurements], chosen: Filter | None) -> int:
-    """Return how many rows records give at most."""
-    if chosen is None:
-        return sum(record.q.size for record in records)
-    return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
-
-
 def refuse_amount(
     pieces_of_records: Sequence[Sequence[Measurements]], chosen: Filter | None, parameters: int, may_be_few: bool
 ) -> None:
     """Raise `InputError` for records at rest, for too few equations, unless they may be few, and for those that have no
     room; those with both twins of noise count."""
     records = [piece for pieces in pieces_of_records for piece in pieces]
+    source, rows = records[0].source, sum(record.q.size for record in records)
     if chosen:
         _refuse_rest(records, chosen)
-    rows, source = _equation_count(records, chosen), records[0].source
+        rows = sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
     if not may_be_few:
         refuse_short(rows, parameters, chosen.correlation if chosen else (1.0,), source)
     what = f"{rows} equations after filtering for {parameters} parameters"

@@ -17,10 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
-from symoro_elastic.measured.fitting.evidence import information_root
+from symoro_elastic.measured.fitting.evidence import information_root, largest_chi2
 from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
 from symoro_elastic.measured.logs.regression import RegressorColumn
@@ -29,23 +28,26 @@ from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.linear.independence import IndependentColumns
 
 LEAST_LAM = 1e-6  # of constraints alone
-GUESSED_LAM = 0.25  # most for values that the file does not give: trust 1
 GUESSES = {"IA": 0.01, "FV": 0.02, "FS": 0.02, "DA": 0.02, "K": 1.0}
 """Scalars that are positive, and what they exert where the file gives none, of the largest torque."""
 OFFSETS = 0.03  # of the largest torque: standard deviation of offsets in short records
 NEUTRAL = 0.1  # of the largest torque: least standard deviation of K q0
 PINNED = 1e-5  # of the size of a known value of a body: its standard deviation
 FROM_FILE = 3.0  # times narrower with the file than from data
-CHANCE = 0.99  # quantile of chi squared of right data
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 OF_MOTORS = ("IA", "FV", "FS")
 SLOWEST = 0.3  # of the fastest motor: slower ones are taken to be as fast, for those at rest would have huge guesses
-TRUST_OF_SHORT = 1.0  # in the file, where none is given: what such records do not tell is most of a machine
+TRUST_OF_SHORT = 1.0  # in the file, of short records if none is given, and in values that it does not give
 STEEPER = 1e3  # times lam where rounding makes a body singular
 ROOM = 1e-15  # least eigenvalue over the largest of a body that is not
 SHORT = (
     "the record is short (fewer than two equations for each parameter, or joints that reverse less than twice), "
     f"so noise is taken for at least {100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %"
+)
+MORE_THAN_CHANCE = (
+    "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file, so the "
+    "model lacks something (friction, a sensor's law), the file is trusted too much, or a torque is not in its unit "
+    "(--gain)"
 )
 TRUSTED = (
     f"no trust is given, so bodies of the file are taken as right to about {100 * TRUST_OF_SHORT:g} %: "
@@ -201,7 +203,7 @@ class _Start:
         of_file = [columns[c].value for c in self.scalars]
         guessed = [GUESSES[columns[c].quantity] * self.data.alone(c, self._alike(c)) for c in self.scalars]
         scalars = [x if x > 0 else other for x, other in zip(of_file, guessed, strict=True)]
-        weights = [1.0 if x > 0 else min(lam, GUESSED_LAM) / lam for x in of_file]
+        weights = [1.0 if x > 0 else min(1.0, 1 / (4 * TRUST_OF_SHORT**2 * lam)) for x in of_file]
         neutral = [float(np.nan_to_num(columns[c].value)) for c in self.neutral]
         neutral_sizes = [max(abs(x), NEUTRAL * self.data.alone(c)) for x, c in zip(neutral, self.neutral, strict=True)]
         of_sensors = [self._deviation(k, unknown) for k, unknown in enumerate(self.sensors)]
@@ -269,9 +271,8 @@ class _Start:
             what = "no body has the values of the file (or they are not known), the nearest possible ones are its prior"
             notes.append(f"{', '.join(changed)}: {what}")
         if guessed:
-            notes.append(
-                f"the file has no positive value of {', '.join(guessed)}: a share of the torques is their prior"
-            )
+            what = "a share of the torques is their prior"
+            notes.append(f"the file has no positive value of {', '.join(guessed)}: {what}")
         return notes
 
 
@@ -341,16 +342,10 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: 
         return [what]
     what += f", {before:.3g} % unconstrained"
     notes = [f"{what}; chi2 {misfit:.3g}, {freedom} degrees of freedom"]
-    if misfit > for_identification("scipy.stats").chi2.ppf(CHANCE, freedom):
-        what = (
-            "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
-        )
+    if misfit > freedom * largest_chi2(freedom):
         k = int(np.argmax(each - own_each))
         where = f"most of it at {estimation.joints[k]}: {each[k]:.3g} % of its torque, {own_each[k]:.3g} % alone"
-        notes.append(
-            f"{what}, so the model lacks something (friction, a sensor's law), the file is trusted too much, or a "
-            f"torque is not in its unit (--gain); {where}"
-        )
+        notes.append(f"{MORE_THAN_CHANCE}; {where}")
     return notes
 
 

@@ -416,7 +416,10 @@ def machine_of_units(machine: Machine) -> Machine:
 def _with_unit_body(j: int, joint: Joint, units: Units) -> Joint:
     if not has_body(joint.body):
         return joint
-    named = {name: Formula.parse(units[j, name]) for name in INERTIAL}
-    mx, my, mz = (named[name] for name in MOMENTS)
-    xx, xy, xz, yy, yz, zz = (named[name] for name in INERTIA)
-    return replace(joint, body=Body(named["M"], (mx, my, mz), (xx, xy, xz, yy, yz, zz)))
+    return replace(joint, body=body_of({name: units[j, name] for name in INERTIAL}))
+
+
+def body_of(cells: Mapping[str, str | float]) -> Body:
+    """Return the body with these values or names of XX .. M about the origin of its frame."""
+    mx, my, mz, xx, xy, xz, yy, yz, zz = (Formula.parse(cells[name]) for name in (*MOMENTS, *INERTIA))
+    return Body(Formula.parse(cells["M"]), (mx, my, mz), (xx, xy, xz, yy, yz, zz))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from statistics import NormalDist
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import Estimate
+from symoro_elastic.measured.fitting.estimates import Estimate, largest_of_chance
 from symoro_elastic.measured.logs.equations import Equations
 from symoro_elastic.measured.logs.estimation import Estimation
 from symoro_elastic.measured.logs.filtering import Filter
@@ -17,7 +16,6 @@ from symoro_elastic.measured.logs.friction_laws import FrictionLaws
 from symoro_elastic.measured.logs.possible import Possible
 from symoro_elastic.measured.logs.sensors import DELAY, Sensors
 
-SIGNIFICANT = 1e-3  # level on which estimates from more samples are others than those from fewer
 NEGLIGIBLE = 0.1  # of a standard deviation: differences of estimates that are of no account
 
 
@@ -65,12 +63,12 @@ class Identification(Result):
 def agree(fewer: Identification, more: Identification) -> bool:
     """Return whether estimates from more samples are those from fewer but for chance (Hausman 1978).
 
-    By the larger standard deviations of fewer samples, on the level SIGNIFICANT of all parameters together.
+    By the larger standard deviations of fewer samples, on the level of all parameters together.
     """
     by_label = {e.unknown.label: e for e in more.estimates}
     pairs = [(e, by_label[e.unknown.label]) for e in fewer.estimates if e.unknown.label in by_label]
     pairs = [(estimate, other) for estimate, other in pairs if math.isfinite(estimate.std) and math.isfinite(other.std)]
-    most = NormalDist().inv_cdf(1 - SIGNIFICANT / (2 * max(len(pairs), 1)))
+    most = largest_of_chance(2 * len(pairs))
     return all(
         abs(estimate.value - other.value)
         <= most * math.sqrt(max(estimate.std**2 - other.std**2, (NEGLIGIBLE * estimate.std) ** 2))

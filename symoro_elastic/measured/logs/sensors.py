@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.measured.fitting.estimates import SIGNIFICANT, Estimate, Unknown, Verdict
+from symoro_elastic.measured.fitting.estimates import CORRELATED, SIGNIFICANT, Estimate, Unknown, Verdict
 from symoro_elastic.measured.logs.estimation import Estimation, LeastSquares, independent_solution
 from symoro_elastic.measured.logs.noise import RowNoise
 
@@ -22,16 +23,13 @@ AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: as data say, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
-UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint: smaller offsets do not count
-LEAST_DELAY = 0.01  # of a sampling period: smaller delays are not estimated
-ROUNDS = 6  # Gauss-Newton steps to a delay
-CONVERGED = 0.02  # of a sampling period: last step
+LEAST_DELAY = 0.01  # of a sampling period: smaller delays and steps to them do not count
+ROUNDS = 6  # steps to a delay
 LARGEST_STEP = 0.1  # of a period of the fastest motion
 
 
-@dataclass(frozen=True)
-class _Offset:
+class _Offset(NamedTuple):
     """An offset, its standard deviation, and its largest correlation with a parameter of the machine."""
 
     value: float
@@ -74,18 +72,18 @@ class Columns:
 @dataclass(frozen=True)
 class Sensors:
     """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
-    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not
+    whose column is linear about `delay` s. `undetermined` are motors whose offset the motion does not
     distinguish from gravity, with its assumed standard deviation.
     """
 
     offsets: tuple[int, ...] = ()
     has_delay: bool = False
     delay: float = 0.0
-    untold: Mapping[int, float] = field(default_factory=dict)
+    undetermined: Mapping[int, float] = field(default_factory=dict)
 
     def doubts(self, columns: Columns) -> list[Array]:
         """Return left sides (rows, n) of one standard deviation of offsets that the motion does not determine."""
-        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()]
+        return [s * columns.offsets[:, :, m] for m, s in self.undetermined.items()]
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
         """Return offsets, then the delay, as unknowns."""
@@ -119,7 +117,7 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     return _sensors(columns, motors, offsets, late[0] if late and is_late else None)
 
 
-def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
+def sensors_of_short_record(columns: Columns, offsets: str, delay: str) -> Sensors:
     """Return what is sought where rows are too few to show it: offsets, which are small, and no delay unless always."""
     motors = () if offsets == NEVER else tuple(range(columns.offsets.shape[2]))
     return Sensors(motors, delay == ALWAYS)
@@ -145,7 +143,7 @@ def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | N
         if abs(delay + step) <= max(SIGNIFICANT * std, LEAST_DELAY * columns.sampling):
             return delay + step, std
         delay += float(np.clip(step, -most, most))
-        if abs(step) <= CONVERGED * columns.sampling:
+        if abs(step) <= LEAST_DELAY * columns.sampling:
             break
     return delay, std
 
@@ -162,35 +160,25 @@ def _offsets(
     """
     if not motors:
         return (), {}
-    every = _found_offsets(columns, motors, slope, tau)
+    every = _estimated_offsets(columns, motors, slope, tau)
     if seek == ALWAYS:
         return tuple(every), {}
-    largest = {m: _largest(columns, m, tau) for m in motors}
+    on_joints = {m: columns.offsets[:, :, m].any(axis=0) for m in motors}
+    largest = {m: float(np.abs(tau[:, joints]).max(initial=0.0)) for m, joints in on_joints.items()}
     determined = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
-    offsets = every if len(determined) == len(motors) else _found_offsets(columns, determined, slope, tau)
-    shown = {m: abs(x.value) / largest[m] for m, x in offsets.items() if _shows(x, largest[m])}
-    usual = {m: max([USUAL, *shown.values()]) * largest[m] for m in motors}
-    harmless = [m for m, x in offsets.items() if m not in shown and _is_harmless(x, largest[m])]
+    offsets = every if len(determined) == len(motors) else _estimated_offsets(columns, determined, slope, tau)
+    least = {m: LEAST_OFFSET * x for m, x in largest.items()}
+    significant = [m for m, x in offsets.items() if abs(x.value) > max(SIGNIFICANT * x.std, least[m])]
+    usual_fraction = max([USUAL, *(abs(offsets[m].value) / largest[m] for m in significant)])
+    usual = {m: usual_fraction * largest[m] for m in motors}
+    most = {m: abs(x.value) + SIGNIFICANT * x.std for m, x in offsets.items()}
+    small = [m for m, x in offsets.items() if x.correlation <= CORRELATED or most[m] <= least[m]]
+    harmless = [m for m in small if m not in significant]
     sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
     return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
 
 
-def _shows(offset: _Offset, largest: float) -> bool:
-    return abs(offset.value) > max(SIGNIFICANT * offset.std, LEAST_OFFSET * largest)
-
-
-def _is_harmless(offset: _Offset, largest: float) -> bool:
-    """Return whether an offset that does not show changes no parameter much, however large it may be."""
-    most = abs(offset.value) + SIGNIFICANT * offset.std
-    return offset.correlation <= UNCORRELATED or most <= LEAST_OFFSET * largest
-
-
-def _largest(columns: Columns, motor: int, tau: Array) -> float:
-    """Return the largest torque of the joints on which a motor acts."""
-    return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
-
-
-def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
+def _estimated_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
     """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
     independent, solution = columns.solution(motors, slope, tau)
@@ -201,7 +189,7 @@ def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None,
     return {m: _Offset(float(solution.X[k]), float(solution.std[k]), most[m]) for m, k in places.items()}
 
 
-def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
+def notes_on_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
     """Return notes on offsets of torques and on their delay."""
     notes = []
     for e in estimation.estimates:
@@ -211,7 +199,7 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
             late, others = ("torques", "behind positions") if e.value > 0 else ("positions", "behind torques")
             what = f"{late} are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {others}"
             notes.append(f"{what}: compensated, and sought with the parameters")
-    for m, size in sensors.untold.items():
+    for m, size in sensors.undetermined.items():
         joint = machine.motor_joints[m]
         what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
         what += f" is not distinguishable from gravity by this motion: standard deviations include {below} (usual)"

@@ -11,12 +11,11 @@ from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.logs.equations import Sampled
-from symoro_elastic.measured.logs.filtering import Filter, smooth
+from symoro_elastic.measured.logs.filtering import smooth
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces
 from symoro_elastic.measured.logs.result import Identification
-
-ROUNDING = 1e-12  # of the largest torque, of what motors on dependent joints exert on a joint that they do not move
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ def own_fit(result: Identification) -> Fit:
 
 def validation_of(result: Identification, record: Measurements) -> Fit:
     """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
-    chosen = _same_filter(result, record)
+    chosen = filter_of([record], (), result.filter.motion) if result.filter else None
     sampled = [result.equations.sample(piece, chosen) for piece in in_pieces(record, chosen)]
     tau, residual = (np.concatenate(x) for x in zip(*(_of_averages(result, some) for some in sampled), strict=True))
     if not len(tau):
@@ -106,13 +105,6 @@ def _predicted_torques(result: Identification, Y: Array, offsets: Array) -> Arra
     about = [result.estimates[c].unknown.about for _, c in places]
     predicted: Array = sought[:, :, [c for _, c in places]] @ (X[[k for k, _ in places]] + about)
     return predicted
-
-
-def _same_filter(result: Identification, record: Measurements) -> Filter | None:
-    """Return the filter of the identification at the sampling frequency of a record."""
-    if result.filter is None:
-        return None
-    return filter_of([record], (), result.filter.motion)
 
 
 def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:

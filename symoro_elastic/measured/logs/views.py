@@ -28,6 +28,7 @@ from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.trajectory import ExcitingTrajectory, MotorRange
 from symoro_elastic.measured.logs.validation import Fit, own_fit
 
+FRICTION = "friction (FV viscous, FS dry) is estimated for every motor; to exclude it: --known"
 SPRINGS_FOLLOW = 4.0
 """Springs follow a motion quasi-statically up to this part of their frequency: torques have twice that of a motion."""
 
@@ -85,7 +86,8 @@ def _(result: Identified) -> list[Part]:
 
 def _parts(result: Identification, fits: Sequence[Fit]) -> list[Part]:
     """Return the table of parameters, neutral positions, residuals and notes."""
-    estimates = table(result, file_values(result) or None, "file")
+    nominal = {e.unknown.label: e.unknown.nominal for e in result.estimates if not math.isnan(e.unknown.nominal)}
+    estimates = table(result, nominal or None, "file")
     residuals = [line for fit in fits for line in _residuals(fit, result.machine)]
     return [estimates, *neutral_positions(result), *residuals, *result.notes]
 
@@ -96,12 +98,6 @@ def _(result: Identified) -> dict[str, Any]:
     if result.joint:
         return {**json_of(result.joint), "log": {**json_of(result.found), **validation}}
     return {**json_of(result.found), **validation}
-
-
-def file_values(result: Identification) -> dict[str, float]:
-    """Return the values that the machine's file gives, by label; those that it does not give are missing."""
-    nominal = {e.unknown.label: e.unknown.nominal for e in result.estimates}
-    return {label: x for label, x in nominal.items() if not math.isnan(x)}
 
 
 def table(result: Identification, true: Mapping[str, float] | None = None, head: str = "true") -> str:
@@ -186,12 +182,13 @@ def _range(limits: tuple[float, float]) -> str:
 def _(found: ExcitingTrajectory) -> list[Part]:
     """Return the table of what is reached of the limits, and sentences about the parameters it excites."""
     best, sampled = found.best, found.sampled
+    friction = [label for label in best.columns if label.startswith(("FV", "FS"))]
     return [
         table_of(MotorRange, found.motors, f"{found.machine.name}: reached of the limits"),
         *_torques(found),
         f"condition number of the regressor: {best.before:.4g} at the first random motion, {best.condition:.4g} now",
         f"for {len(best.columns)} parameters: {', '.join(best.columns)}",
-        *_sought_friction(best.columns),
+        *([f"{FRICTION} {friction[0]} ..."] if friction else []),
         *_near_springs(best),
         f"{sampled.t[-1]:g} s, {len(sampled.t)} samples: start and stop {sampled.start:g} s each, "
         "at rest where it ends",
@@ -208,11 +205,8 @@ def _torques(trajectory: ExcitingTrajectory) -> list[str]:
     reached = [f"{x.name} {_range(tau)} of {_range(of)} {units[x.name]}" for x, tau, of in limited if tau and of]
     loads = ", ".join(f"{name} {_range(ends)}" for name, ends in trajectory.payloads.items())
     of_loads = f", and with payloads {loads}" if loads else ""
-    return (
-        [f"torques from rest to rest, by the parameters of the machine{of_loads}: {', '.join(reached)}"]
-        if reached
-        else []
-    )
+    what = f"torques from rest to rest, by the parameters of the machine{of_loads}"
+    return [f"{what}: {', '.join(reached)}"] if reached else []
 
 
 def _near_springs(best: Excitation) -> list[str]:
@@ -220,19 +214,9 @@ def _near_springs(best: Excitation) -> list[str]:
     fastest = best.motion.frequency * best.motion.a.shape[1]
     if SPRINGS_FOLLOW * fastest <= best.natural:
         return []
-    what = (
-        f"harmonics up to {fastest:.4g} Hz are near the first natural frequency of the springs, {best.natural:.4g} Hz"
-    )
-    return [
-        f"{what}: torques and frames may leave their limits there; give a lower --fundamental, or fewer --harmonics"
-    ]
-
-
-def _sought_friction(parameters: Sequence[str]) -> list[str]:
-    """Return a line on friction that is estimated."""
-    friction = [label for label in parameters if label.startswith(("FV", "FS"))]
-    what = "friction (FV viscous, FS dry) is estimated for every motor; to exclude it: --known"
-    return [f"{what} {friction[0]} ..."] if friction else []
+    what = f"harmonics up to {fastest:.4g} Hz are near the first natural frequency of the springs, {best.natural:.4g}"
+    way_out = "give a lower --fundamental, or fewer --harmonics"
+    return [f"{what} Hz: torques and frames may leave their limits there; {way_out}"]
 
 
 @arrays_of.register

@@ -13,6 +13,7 @@ from symoro_elastic.foundation.errors import InputError, among, reported_places
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.logs.fourier_motion import rise
 from symoro_elastic.measured.logs.regression import geometry_of, nominal_body
 from symoro_elastic.numerics.motion.signals import OUTPUT, FrameSignal, outputs
@@ -20,7 +21,6 @@ from symoro_elastic.numerics.verification.implementations import numpy_model
 
 OPTION = "--payload"
 MOST_RANGES = 6  # of payloads, which have 64 corners
-EXACT = 1e-9  # relative rounding of an inertia that is linear in a parameter
 PLACE, MODEL = "--workspace", "geometric_model"
 
 
@@ -92,7 +92,7 @@ def _refuse_curved(machine: Machine, name: str, ends: tuple[float, float], value
             )
         bodies = [nominal_body(joint.body, {**values, name: x}) for x in (*ends, sum(ends) / 2)]
         for low, high, middle in zip(*(x.values() for x in bodies), strict=True):
-            within = EXACT * (abs(low) + abs(high))
-            if math.isfinite(middle) and not math.isclose(middle, (low + high) / 2, rel_tol=EXACT, abs_tol=within):
+            within = ROUNDING * (abs(low) + abs(high))
+            if math.isfinite(middle) and not math.isclose(middle, (low + high) / 2, rel_tol=ROUNDING, abs_tol=within):
                 what = f"{name}: the inertia of {place} is not linear in it, so ends of a range do not bound torques"
                 raise InputError("symoro-elastic", OPTION, f"{what}: give a range of a mass")

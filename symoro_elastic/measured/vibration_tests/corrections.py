@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -18,11 +18,11 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.corrections import MOST_REFITTED, Refit, explanations, names_of
 from symoro_elastic.measured.vibration_tests.diagnostics import is_cross_talk
-from symoro_elastic.measured.vibration_tests.estimator import WIDE, Estimator, is_far, lines_of
+from symoro_elastic.measured.vibration_tests.estimator import WIDE, Estimator, lines_of
 from symoro_elastic.measured.vibration_tests.listed_tests import Kind, ListedTests, Row, files
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly
 from symoro_elastic.measured.vibration_tests.misfit import Fit, Misfit, differences
-from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions, Swinging
+from symoro_elastic.measured.vibration_tests.predictions import Predicted, Predictions
 from symoro_elastic.measured.vibration_tests.unknowns import Sought
 
 NEARER = 0.9
@@ -41,12 +41,12 @@ def refuse_mistakes(
     `bound` is the largest fraction of the distance that is refitted. Where the noise is unknown, responses alone are
     examined in a fit that looks right.
     """
-    if not estimator.lines or (math.isfinite(fit.chi2) and not is_far(fit)):
+    if not estimator.lines or (math.isfinite(fit.chi2) and not fit.is_far):
         return
     search = _Search(estimator, machine, sought_of, fit)
     listed = search.listed
     groups: list[Iterable[Row]] = [listed.responses()]
-    if is_far(fit):
+    if fit.is_far:
         groups += [(*listed.positions(), *listed.motors_held(), *listed.signals()), listed.zeros()]
     for rows in groups:
         corrections = explanations(rows, search.distance, search.refit, bound)
@@ -70,15 +70,9 @@ class _Search:
         self.estimator, self.fit, self.sought_of = estimator, fit, sought_of
         self.listed = ListedTests(machine, estimator.predictions.tests)
         self.starts = [estimator.start, fit.x]
-        self._corrected: dict[Row, Estimator] = {}
-
-    @cached_property
-    def _uncorrected_distances(self) -> list[float]:
-        return [self.estimator.smoothed_cost(x, WIDE) for x in self.starts]
-
-    @cached_property
-    def _predictions_at_starts(self) -> list[list[Predicted]]:
-        return [self.estimator.predictions.at(x, slopes=False) for x in self.starts]
+        self._of = cache(self._corrected)
+        self._at_starts = [estimator.predictions.at(x, slopes=False) for x in self.starts]
+        self._uncorrected_distances = [estimator.smoothed_distance(predicted) for predicted in self._at_starts]
 
     @cached_property
     def _all_signals(self) -> tuple[Predictions, list[list[Predicted]]]:
@@ -86,33 +80,27 @@ class _Search:
         wide = every_signal(self.estimator, self.listed)
         return wide, [wide.at(x, slopes=False) for x in self.starts]
 
-    def _of(self, row: Row) -> Estimator:
+    def _corrected(self, row: Row) -> Estimator:
         """Return the estimator of corrected tests."""
-        if row not in self._corrected:
-            predictions = self.estimator.predictions
-            if row.kind is Kind.MOTORS:
-                predictions = Predictions(self.sought_of(row.data), row.data)
-            elif row.kind in (Kind.SIGN, Kind.SIGNALS):
-                predictions = self._all_signals[0].of(row.data)
-            else:
-                predictions = predictions.of(row.data)
-            self._corrected[row] = self.estimator.of(predictions)
-        return self._corrected[row]
+        if row.kind is Kind.MOTORS:
+            return self.estimator.of(Predictions(self.sought_of(row.data), row.data))
+        wide = row.kind in (Kind.SIGN, Kind.SIGNALS)
+        return self.estimator.of((self._all_signals[0] if wide else self.estimator.predictions).of(row.data))
 
     def distance(self, row: Row) -> float:
         """Return the fraction of the smoothed distance that is left with a correction, at the nearer start."""
         try:
             corrected = self._of(row)
+            if row.kind in (Kind.SIGN, Kind.SIGNALS):
+                wide, predicted = self._all_signals
+                costs = [corrected.smoothed_distance(_chosen(wide.tests, at, row.data)) for at in predicted]
+            elif row.kind is Kind.RESPONSES and _same_frequencies(row.data, self.listed.tests):
+                costs = [corrected.smoothed_distance(at) for at in self._at_starts]
+            else:
+                values = (_values(corrected, self.estimator, x) for x in self.starts)
+                costs = [corrected.smoothed_cost(x, WIDE) for x in values]
         except (InputError, np.linalg.LinAlgError):
             return math.inf
-        if row.kind in (Kind.SIGN, Kind.SIGNALS):
-            wide, predicted = self._all_signals
-            costs = [corrected.smoothed_distance(_chosen(wide.tests, at, row.data)) for at in predicted]
-        elif row.kind is Kind.RESPONSES and _same_frequencies(row.data, self.listed.tests):
-            costs = [corrected.smoothed_distance(at) for at in self._predictions_at_starts]
-        else:
-            values = (_values(corrected, self.estimator, x) for x in self.starts)
-            costs = [corrected.smoothed_cost(x, WIDE) for x in values]
         return min(cost / before for cost, before in zip(costs, self._uncorrected_distances, strict=True))
 
     def refit(self, row: Row) -> Refit[tuple[VibrationTest, ...]] | None:
@@ -238,8 +226,8 @@ class _ModalSearch:
     ) -> None:
         self.listed, self.sought_of, self.is_fixed = ListedTests(machine, tests), sought_of, bool(fit.lines)
         self._wide = Predictions(sought, [self._with_all_outputs(test) for test in tests])
-        self._swinging: dict[bytes, list[Swinging]] = {}
-        self._corrected: dict[Row, Misfit] = {}
+        self._oscillations = cache(lambda x: self._wide.oscillations(np.frombuffer(x)))
+        self._of = cache(self._corrected)
         self._own = Misfit(self._wide.of(tests), (), math.inf)
         starts = (fit.x,) if self.is_fixed else (self._own.start, fit.x)
         self._least, x = min((self._minimum(self._own, x) for x in starts), key=lambda pair: pair[0])
@@ -258,23 +246,17 @@ class _ModalSearch:
         """Whether the model explains the modes as they are."""
         return self._own.is_modal_noise(self._least)
 
-    def _of(self, row: Row) -> Misfit:
+    def _corrected(self, row: Row) -> Misfit:
         """Return the misfit of corrected tests; where other motors are held unknowns may be others."""
-        if row not in self._corrected:
-            of_others = row.kind is Kind.MOTORS
-            predictions = Predictions(self.sought_of(row.data), row.data) if of_others else self._wide.of(row.data)
-            self._corrected[row] = Misfit(predictions, (), math.inf)
-        return self._corrected[row]
+        of_others = row.kind is Kind.MOTORS
+        predictions = Predictions(self.sought_of(row.data), row.data) if of_others else self._wide.of(row.data)
+        return Misfit(predictions, (), math.inf)
 
     def _cost(self, misfit: Misfit, x: Array) -> float:
         """Return how far tests are from the model at x."""
-        swinging, tests = None, misfit.predictions.tests
-        pairs = zip(tests, self.listed.tests, strict=True)
-        if all(a.at is b.at and a.hold is b.hold and a.pd is b.pd for a, b in pairs):
-            if x.tobytes() not in self._swinging:
-                self._swinging[x.tobytes()] = self._wide.swinging(x)
-            swinging = self._swinging[x.tobytes()]
-        return misfit.modal_cost(x, swinging)
+        pairs = zip(misfit.predictions.tests, self.listed.tests, strict=True)
+        is_same_machine = all(a.at is b.at and a.hold is b.hold and a.pd is b.pd for a, b in pairs)
+        return misfit.modal_cost(x, self._oscillations(x.tobytes()) if is_same_machine else None)
 
     def _rough_cost(self, misfit: Misfit, x: Array) -> float:
         """Return the cost of modes that are known roughly."""

@@ -11,12 +11,12 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
-from symoro_elastic.measured.fitting.estimates import TO_DEVIATION
+from symoro_elastic.measured.fitting.corrections import MOST_NAMED
+from symoro_elastic.measured.fitting.estimates import ROUNDING, TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind
 from symoro_elastic.measured.vibration_tests.misfit import Fit
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 
 LACKING = 3.0  # mean square of residuals in a band above which the model lacks something there
 OPPOSITE = 2.5  # median phase error, rad, of a pair whose sign is wrong
@@ -25,14 +25,11 @@ SCALED = math.log(3.0)  # logarithm of a factor above which a size is reported
 LEAST_CHI2 = 0.3  # mean square of residuals below which the noise is not what coherence and averages say
 CROSS_TALK = 1e-3
 """Fraction of the largest output of an input, above which a response that is zero in the model is reported."""
-SAME_FACTOR = 0.01  # largest difference of logarithms of factors that are called one
+SAME_FACTOR = 0.01  # difference of logarithms below which factors are called one, and no decrease is reported
 WINDOWED = 0.3  # standard deviations by which an unnamed window changes a parameter, above which it is reported
-LEAST_DECREASE = 0.01  # decrease of amplitudes at the last line of a channel, below which it is not reported
 COPIED = 1e-4  # relative distance of responses that are copies; no two measurements are that near
 NORMAL = 1.5  # largest mean square of noise over the square of its deviation by the median
 SPIKED = 0.002  # fraction of spikes that is reported
-MOST_NAMED = 3  # frequencies of spikes in a line
-IMAGINARY = 1e-9  # of a response: imaginary parts of an undamped model are smaller, by rounding
 BANDS = 40  # bands of a test, evenly in the logarithm of frequency
 FARTHEST_PEAK = 0.5  # relative distance beyond which a predicted peak is another one
 FAR_OFF = math.log(300.0)  # logarithm of a factor above which no fit is tried
@@ -52,16 +49,14 @@ def refuse_copies(tests: Sequence[VibrationTest]) -> None:
     earlier: list[tuple[ComplexArray, int]] = []
     for t, test in enumerate(tests):
         for response in test.responses:
-            first = next((k for H, k in earlier if k != t and _is_copy(response.H, H)), t)
+            least = COPIED * np.median(np.abs(response.H))
+            same = (k for H, k in earlier if k != t and H.shape == response.H.shape
+                    and np.median(np.abs(response.H - H)) <= least)  # fmt: skip
+            first = next(same, t)
             earlier.append((response.H, t))
             if first != t:
                 what = f"has the same numbers as a response of {tests[first].name}: keep one"
                 raise InputError(test.name, response.pair, what)
-
-
-def _is_copy(a: ComplexArray, b: ComplexArray) -> bool:
-    """Whether two responses are the same but for the last digits of their files."""
-    return a.shape == b.shape and bool(np.median(np.abs(a - b)) <= COPIED * np.median(np.abs(a)))
 
 
 def refuse_without_phase(
@@ -70,7 +65,7 @@ def refuse_without_phase(
     """Raise `InputError` for a response without imaginary parts where that of the model has some."""
     for line in lines:
         G = line.predicted_by(predicted)
-        if not line.H.imag.any() and (np.abs(G.imag) > IMAGINARY * np.abs(G)).any():
+        if not line.H.imag.any() and (np.abs(G.imag) > ROUNDING * np.abs(G)).any():
             what = "has no imaginary part at any frequency, so it cannot show damping: give complex numbers, or "
             raise InputError(tests[line.test].name, line.measured.pair, f"{what}magnitudes headed mag with their phase")
 
@@ -119,26 +114,19 @@ def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predi
     if len(fit.lines) < 2 or not (math.isnan(fit.chi2) or fit.chi2 > fit.far):
         return []
     logs = [np.log(line.predicted_by(predicted) / line.H) for line in fit.lines]
-    sizes = [
-        float(np.median(np.abs(logarithm * np.abs(line.H) / line.sd))) ** 2
-        for logarithm, line in zip(logs, fit.lines, strict=True)
-    ]
+    weighted = (log * np.abs(line.H) / line.sd for log, line in zip(logs, fit.lines, strict=True))
+    sizes = [float(np.median(np.abs(x))) ** 2 for x in weighted]
     notes = []
     for k, line in enumerate(fit.lines):
         usual = float(np.median(sizes[:k] + sizes[k + 1 :]))
         if sizes[k] > APART * max(usual, 1.0):
-            name = f"{tests[line.test].name}: {line.measured.pair}"
-            notes.append(f"{name} does not go with the other responses{_why(line, logs[k])}")
+            times = float(np.median(np.exp(-logs[k].real)))
+            way_out = (
+                f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
+            )
+            what = f"does not go with the other responses{_mistake(line, logs[k]) or way_out}"
+            notes.append(f"{tests[line.test].name}: {line.measured.pair} {what}")
     return notes
-
-
-def _why(line: Lines, logs: ComplexArray) -> str:
-    """Return the mistake that brings a pair near the model, or what to look at."""
-    times = float(np.median(np.exp(-logs.real)))
-    return (
-        _mistake(line, logs)
-        or f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
-    )
 
 
 def _mistake(line: Lines, logs: ComplexArray) -> str:
@@ -206,9 +194,8 @@ def of_lost_modes(tests: Sequence[VibrationTest], predicted: Sequence[Predicted]
             continue
         named = ", ".join(f"{f:.4g} Hz" for f in test.modes.f[lost])
         why = "the model has none or two similar" if test.modes.outputs else "the model has fewer modes"
-        notes.append(
-            f"{test.name}: {lost.sum()} of {len(lost)} modes have no partner, and are left out: {named} ({why})"
-        )
+        what = f"{lost.sum()} of {len(lost)} modes have no partner, and are left out: {named} ({why})"
+        notes.append(f"{test.name}: {what}")
     return notes
 
 
@@ -233,18 +220,10 @@ def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
     place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
     count = np.bincount(place, minlength=BANDS)
     means = np.bincount(place, r2, BANDS) / np.maximum(count, 1)
-    bands: list[Band] = []
-    remaining = means.copy()
-    while len(bands) < 2 and remaining.max() > max(LACKING, means.max() / 10):
-        low = high = int(remaining.argmax())
-        while low > 0 and remaining[low - 1] > remaining[high] / 3 and remaining[low - 1] > LACKING:
-            low -= 1
-        peak = float(remaining[low : high + 1].max())
-        while high < BANDS - 1 and remaining[high + 1] > peak / 3 and remaining[high + 1] > LACKING:
-            high += 1
-        bands.append(Band(float(edges[low]), float(edges[high + 1]), float(means[low : high + 1].mean())))
-        remaining[max(low - 1, 0) : high + 2] = 0.0
-    return bands
+    large = np.flatnonzero(means > max(LACKING, means.max() / 10))
+    runs = np.split(large, np.flatnonzero(np.diff(large) > 1) + 1) if len(large) else []
+    largest = sorted(runs, key=lambda run: -float(means[run].max()))[:2]
+    return [Band(float(edges[x[0]]), float(edges[x[-1] + 1]), float(means[x].mean())) for x in largest]
 
 
 def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
@@ -256,8 +235,9 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         what = "residuals are smaller than coherence and averages imply, so standard deviations are too wide"
         return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
-        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
-    if _is_noise(fit):
+        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_nuisances_in_words(fit)}"
+    r = np.abs(fit.residuals)
+    if fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2:
         what = "residuals are larger than coherence and averages imply, equally at all frequencies: check both"
         return f"chi2 {fit.chi2:.3g}: {what}; standard deviations are increased accordingly"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
@@ -269,13 +249,7 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
 
 
-def _is_noise(fit: Fit) -> bool:
-    """Whether large residuals are noise: neighbours are uncorrelated, and few are far above the median."""
-    r = np.abs(fit.residuals)
-    return fit.wider == 1.0 and fit.chi2 < NORMAL * (TO_DEVIATION * float(np.median(r))) ** 2
-
-
-def _beside(fit: Fit) -> str:
+def _nuisances_in_words(fit: Fit) -> str:
     """Return the nuisance parameters that were fitted, and their possible causes."""
     without = f"(chi2 {fit.chi2_alone:.3g} without them)"
     nuisances = f", with delays of channels {without}" if fit.delays else ""
@@ -293,12 +267,9 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     outputs: dict[str, list[str]] = {}
     for delay in fit.delays:
         if delay.is_significant:
-            fall = (
-                f", {100 * math.expm1(-delay.fall):+.2g} % at its last line" if abs(delay.fall) > LEAST_DECREASE else ""
-            )
-            outputs.setdefault(tests[delay.test].name, []).append(
-                f"{delay.output} by {1e3 * delay.seconds:.3g} ms{fall}"
-            )
+            percent = f", {100 * math.expm1(-delay.fall):+.2g} % at its last line"
+            what = f"{delay.output} by {1e3 * delay.seconds:.3g} ms{percent if abs(delay.fall) > SAME_FACTOR else ''}"
+            outputs.setdefault(tests[delay.test].name, []).append(what)
     why = "delays, filters or the hold of a command are fitted with the model; measure input and output the same way"
     late = "outputs come later than those of the model"
     return [f"{name}: {late}: {', '.join(outs)}: {why}" for name, outs in outputs.items()]
@@ -343,20 +314,18 @@ def of_neighbours(fit: Fit) -> list[str]:
     if fit.wider == 1.0:
         return []
     what = "as those of a window (Hann) are, or of a model that lacks something"
-    return [
-        f"residuals of neighbouring lines are correlated, {what}: standard deviations are {fit.wider:.2g} times wider"
-    ]
+    wider = f"standard deviations are {fit.wider:.2g} times wider"
+    return [f"residuals of neighbouring lines are correlated, {what}: {wider}"]
 
 
 def of_windows(listed: Sequence[VibrationTest], fit: Fit, labels: Sequence[str]) -> list[str]:
     """Return a line about windows that residuals indicate or allow, and the values under them."""
-    std, notes = np.sqrt(np.diag(fit.covariance)), []
+    std, notes = fit.std, []
     estimated = [k for k, (a, b) in enumerate(zip(listed, fit.tests, strict=True)) if a.window is not b.window]
     for k in estimated:
         indicated = _window_name(fit.tests[k].window, fit.windows.get(k, 0.0))
-        notes.append(
-            f"{listed[k].name}: {_window_of_list(listed[k])}, and residuals indicate {indicated}; it is estimated"
-        )
+        what = f"{_window_of_list(listed[k])}, and residuals indicate {indicated}; it is estimated"
+        notes.append(f"{listed[k].name}: {what}")
     for doubt in fit.alternatives:
         k = int(np.argmax(np.abs(doubt.shift) / std))
         if abs(doubt.shift[k]) > WINDOWED * std[k]:

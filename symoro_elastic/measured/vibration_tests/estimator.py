@@ -14,6 +14,7 @@ Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,9 +25,10 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.corrections import VERY_STRONG
-from symoro_elastic.measured.fitting.evidence import Evidence
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest, roughly, with_windows
+from symoro_elastic.measured.fitting.corrections import MOST_REFITTED, VERY_STRONG
+from symoro_elastic.measured.fitting.estimates import SIGNIFICANT
+from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
+from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind, roughly, with_windows
 from symoro_elastic.measured.vibration_tests.misfit import (
     Fit,
     Misfit,
@@ -40,26 +42,22 @@ from symoro_elastic.measured.vibration_tests.misfit import (
 )
 from symoro_elastic.measured.vibration_tests.nuisances import (
     ACCELERATION,
+    Delay,
+    Gain,
     Nuisances,
     channel_delays,
     channel_gains,
     out_of_band_modes,
 )
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted, Predictions
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind
 from symoro_elastic.numerics.motion.signals import outputs
 
-WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare lists of tests
-NARROW = 0.1  # the same, to compare points of the prior
+WIDE = 0.3  # width of the kernel that smooths responses, over the frequency, to compare them far from a minimum
 POINTS = 100  # points drawn within the prior
-STARTS = 6  # of these, the nearest to the tests, from which fits start
 TRIED = (0.25, 0.5, 1.0)  # distances of other values, over the prior standard deviation, by which intervals are widened
-CLEAR = 3.0  # standard deviations at which values differ
-FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 LEAST_SHARE = 0.3  # of a pair's noise, below which a line of stage 1 gets no more weight
 EXPLAINED = 0.1  # of chi2, the most that nuisances leave where they are accepted though residuals exceed noise
 EXPLAINED_UNKNOWN = 0.9  # of the distance, the same where the noise is unknown
-CLEARLY_NOISE = 1.08  # chi2 below which nothing is left to explain
 EXPLAINED_BY_WINDOW = 0.3  # of chi2 - 1, the most that a window leaves where the model lacks something, too
 WIDER_EVIDENCE = (100.0, 10.0, 1.0)
 """Times the standard deviations of evidence, by which fits approach it: its valleys are narrow and curved."""
@@ -114,12 +112,12 @@ class Minimum:
     @property
     def is_far(self) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
-        return is_far(self.fit)
+        return self.fit.is_far
 
     @property
     def is_clear(self) -> bool:
-        """Whether nothing is left to explain."""
-        return self.fit.chi2 < CLEARLY_NOISE
+        """Whether residuals are those of noise, which leaves nothing to explain."""
+        return self.fit.chi2 < largest_chi2(len(self.fit.residuals))
 
     @property
     def cost(self) -> float:
@@ -141,8 +139,8 @@ class Minimum:
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
-        delays, gains = self.fit.delays, self.fit.gains
-        return any(delay.is_significant for delay in delays) or any(gain.is_significant for gain in gains)
+        nuisances: tuple[Delay | Gain, ...] = (*self.fit.delays, *self.fit.gains)
+        return any(nuisance.is_significant for nuisance in nuisances)
 
     @property
     def criterion(self) -> float:
@@ -158,34 +156,19 @@ class Minimum:
         """
         misfit, fit, x = self.misfit, self.fit, self.all
         p = misfit.unknowns
-        std, wide = np.sqrt(np.diag(fit.covariance)), np.ones(p)
+        std, wide = fit.std, np.ones(p)
         c = misfit.scale(fit.residuals)
         least = misfit.cost(fit.residuals, x, c)
         for k, along in enumerate(np.eye(len(x))[:p] / np.sqrt(misfit.prior)[:, None][:p]):
             for share in TRIED:
                 d = share * along[k]
-                if d <= CLEAR * std[k]:
+                if d <= SIGNIFICANT * std[k]:
                     continue
                 most = least + min(VERY_STRONG, (d / std[k]) ** 2 / 8)
-                if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
+                if min(misfit.cost_at(x + way * share * along, c) for way in (1, -1)) > most:
                     break
                 wide[k] = d / std[k]
         return replace(fit, covariance=fit.covariance * np.outer(wide, wide))
-
-
-def is_far(fit: Fit) -> bool:
-    """Whether residuals are larger than noise explains."""
-    if not fit.lines:
-        return False
-    return fit.chi2 > fit.far if math.isfinite(fit.chi2) else fit.logarithm > FAR_LOGARITHM
-
-
-def _modal_cost(misfit: Misfit, x: Array) -> float:
-    """Return the cost of modes at x, infinite without equilibrium."""
-    try:
-        return misfit.modal_cost(x)
-    except (InputError, np.linalg.LinAlgError):
-        return math.inf
 
 
 class Estimator:
@@ -198,7 +181,6 @@ class Estimator:
         far = usual_chi2([test.averages for test in predictions.tests if test.averages])
         self.alone = Misfit(predictions, self.lines, far, robust, evidence=evidence)
         self._kernels: dict[tuple[float, bytes], Array] = {}
-        self._at_start: dict[bytes, list[Predicted]] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def of(self, predictions: Predictions) -> Estimator:
@@ -208,13 +190,10 @@ class Estimator:
             response = tests[line.test].responses[line.place]
             sd = line.sd if response.H is line.measured.H else deviations(response, tests[line.test].averages)
             lines.append(replace(line, measured=response, sd=sd if len(sd) == len(line.sd) else sd[line.counted]))
-        estimator = Estimator(predictions, lines, self.alone.robust, self._evidence_for(predictions))
+        same_unknowns = predictions.sought.labels == self.predictions.sought.labels  # not if other motors are held
+        estimator = Estimator(predictions, lines, self.alone.robust, self.alone.evidence if same_unknowns else None)
         estimator._kernels = self._kernels
         return estimator
-
-    def _evidence_for(self, predictions: Predictions) -> Evidence | None:
-        """Return the evidence; none where other motors that are held make the unknowns others."""
-        return self.alone.evidence if predictions.sought.labels == self.predictions.sought.labels else None
 
     def near(self, x: Array) -> Minimum:
         """Return the minimum of the model alone near x; what is unknown of windows and zeros starts at none."""
@@ -233,7 +212,7 @@ class Estimator:
         best, chosen = self._best_minima(near)
         has_modes = any(test.modes for test in self.predictions.tests)
         widens = not (has_modes or (chosen.is_far and chosen.fit.largest_term))
-        chosen, alternatives = self._under_possible_windows(self._with_small_channel_terms(chosen))
+        chosen, alternatives = self._with_possible_windows(self._with_small_channel_terms(chosen))
         fit = replace(chosen.with_wide_intervals() if widens else chosen.fit, alternatives=alternatives)
         for doubt in alternatives:
             if doubt.counts:
@@ -248,34 +227,38 @@ class Estimator:
         if explaining := [minimum for minimum in extended if not minimum.is_far]:
             return near, min(explaining, key=attrgetter("criterion"))
         best = near
-        for x in self._nearest(self._within_prior(), partial(self.smoothed_cost, width=NARROW)):
+        for x in self._nearest(partial(self.smoothed_cost, width=WIDE)):
             other = self._near(self.alone, x)
             if not other.is_far:
                 return other, other
             best = min(best, other, key=attrgetter("cost"))
         if best is not near:
             extended += self._with_terms(best)
-        size, least = (
-            (attrgetter("fit.chi2"), EXPLAINED)
-            if math.isfinite(best.fit.chi2)
-            else (attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN)
-        )
+        size, least = attrgetter("fit.chi2"), EXPLAINED
+        if not math.isfinite(best.fit.chi2):
+            size, least = attrgetter("fit.logarithm"), EXPLAINED_UNKNOWN
         chosen = min(extended, key=size, default=best)
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with nuisances near one of the model alone: windows, channels, terms, until one is clear."""
+        """Return minima with windows, channels, terms near that of the model alone, until one leaves only noise."""
         extended: list[Minimum] = []
-        for minima in (self._under_others, partial(self._of_channels, near), partial(self._with_terms, near)):
-            extended += minima()
+        windows = (replace(self.alone, predictions=predictions) for predictions in self._other_windows())
+        under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
+        for minima in (under_others, self._with_channel_nuisances(near), self._with_terms(near)):
+            extended += minima
             if any(minimum.is_clear for minimum in extended):
                 break
         return extended
 
-    def _nearest(self, points: Array, cost: Callable[[Array], float]) -> Array:
-        """Return the points (STARTS, p) of least cost."""
-        nearest: Array = points[np.argsort([cost(x) for x in points])[:STARTS]]
-        return nearest
+    def _nearest(self, cost: Callable[[Array], float]) -> Array:
+        """Return the points (few, p) within the prior of least cost; it is infinite without equilibrium."""
+        rng, costs = np.random.default_rng(0), np.full(POINTS, math.inf)
+        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
+        for k, x in enumerate(points):
+            with contextlib.suppress(InputError, np.linalg.LinAlgError):
+                costs[k] = cost(x)
+        return points[np.argsort(costs)[:MOST_REFITTED]]
 
     def _of_modes(self) -> Fit:
         """Return the best minimum of lists of modes alone, near the start or near some points of the prior.
@@ -283,24 +266,17 @@ class Estimator:
         Frequencies often have several: intervals hold those that explain the modes as well.
         """
         rough = replace(self.alone, predictions=self.predictions.of([roughly(test) for test in self.predictions.tests]))
-        nearest = self._nearest(self._within_prior(), partial(_modal_cost, rough))
-        minima = [self._near(self.alone, x) for x in (self.start, *nearest)]
-        costs = [_modal_cost(self.alone, minimum.x) for minimum in minima]
+        minima = [self._near(self.alone, x) for x in (self.start, *self._nearest(rough.modal_cost))]
+        costs = [self.alone.modal_cost(minimum.x) for minimum in minima]
         fit = minima[int(np.argmin(costs))].fit
-        std, seen = np.sqrt(np.diag(fit.covariance)), [fit.x]
+        std, seen = fit.std, [fit.x]
         covariance = fit.covariance
         for cost, minimum in zip(costs, minima, strict=True):
             apart = min(float((np.abs(minimum.x - x) / std).max()) for x in seen)
-            if cost < min(costs) + VERY_STRONG and apart > CLEAR:
+            if cost < min(costs) + VERY_STRONG and apart > SIGNIFICANT:
                 seen.append(minimum.x)
                 covariance = covariance + np.outer(minimum.x - fit.x, minimum.x - fit.x)
         return replace(fit, covariance=covariance)
-
-    def _within_prior(self) -> Array:
-        """Return points (POINTS, p) within the prior."""
-        rng = np.random.default_rng(0)
-        points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
-        return points
 
     def _with_small_channel_terms(self, minimum: Minimum) -> Minimum:
         """Return the minimum, refitted with gains and delays of channels if these are very strongly indicated."""
@@ -329,7 +305,7 @@ class Estimator:
         both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
         return gains, channel_delays(self.lines, accelerations), both
 
-    def _others(self) -> Iterator[Predictions]:
+    def _other_windows(self) -> Iterator[Predictions]:
         """Yield predictions of the tests under the other windows that they may have.
 
         Of Hann's window that is named the length is unknown, of exponential ones the rate, which is zero without any.
@@ -347,17 +323,17 @@ class Estimator:
                 if usual is not None:
                     yield self.predictions.of(usual, places if kind is WindowKind.EXPONENTIAL else ())
 
-    def _under_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
+    def _with_possible_windows(self, minimum: Minimum) -> tuple[Minimum, tuple[WindowAlternative, ...]]:
         """Return a minimum, or that under another window if residuals determine it; other possible windows.
 
         Possible are windows where none is named, or other windows, that residuals do not exclude.
         """
-        predictions_of_others = list(self._others())
+        predictions_of_others = list(self._other_windows())
         if not predictions_of_others:
             return minimum, ()
-        named = minimum if minimum.misfit.predictions is self.predictions else self._under(minimum, self.predictions)
-        minima = [self._under(minimum, predictions) for predictions in predictions_of_others]
-        best = min((other for other in minima if self._may_be(other, named)), key=attrgetter("cost"), default=named)
+        named = minimum if minimum.misfit.predictions is self.predictions else self._refit(minimum, self.predictions)
+        minima = [self._refit(minimum, predictions) for predictions in predictions_of_others]
+        best = min((other for other in minima if self._explains(other, named)), key=attrgetter("cost"), default=named)
         chosen = best if best.cost < named.cost - VERY_STRONG else named
         tests = self.predictions.tests
         near = [other for other in (named, *minima) if other is not chosen and other.cost < chosen.cost + VERY_STRONG]
@@ -366,7 +342,7 @@ class Estimator:
             doubted = [self._possible_window(other) for other in near if None in other.changed_windows(tests)]
         return chosen, tuple(chosen.doubt(other, counts) for other, counts in doubted)
 
-    def _may_be(self, other: Minimum, named: Minimum) -> bool:
+    def _explains(self, other: Minimum, named: Minimum) -> bool:
         """Whether windows fall, and explain the tests, or most of what those that are named leave."""
         falls = all(window.decay > 0 for window in other.changed_windows(self.predictions.tests).values())
         remaining = (other.fit.chi2 - 1) / max(named.fit.chi2 - 1, 1e-9)
@@ -380,33 +356,28 @@ class Estimator:
         c = other.all[len(other.x) : other.misfit.first]
         if not len(c):
             return other, True
-        c = np.clip(c + CLEAR * np.array([*other.fit.windows.values()]), 0.0, 1.0)
+        c = np.clip(c + SIGNIFICANT * np.array([*other.fit.windows.values()]), 0.0, 1.0)
         tests = other.misfit.predictions.tests_at(np.concatenate([other.x, c]))
-        return self._under(other, self.predictions.of(tests)), False
+        return self._refit(other, self.predictions.of(tests)), False
 
-    def _under(self, minimum: Minimum, predictions: Predictions) -> Minimum:
+    def _refit(self, minimum: Minimum, predictions: Predictions) -> Minimum:
         """Return the minimum with other predictions near one."""
         misfit = replace(minimum.misfit, predictions=predictions)
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
 
-    def _under_others(self) -> Iterator[Minimum]:
-        """Yield minima near the start under windows that tests do not name."""
-        for predictions in self._others():
-            yield self._near(replace(self.alone, predictions=predictions), predictions.start)
-
-    def _of_channels(self, minimum: Minimum) -> Iterator[Minimum]:
+    def _with_channel_nuisances(self, minimum: Minimum) -> Iterator[Minimum]:
         """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
         Factors or delays that are right leave no more than noise; then no more is sought.
         """
         best = minimum
         for nuisances in self._channel_nuisances:
-            misfit = replace(self.alone, nuisances=nuisances)
             for x in (self.start,) if best is minimum and not nuisances.has_delays else (best.x, self.start):
                 predicted = self.predictions.at(x, slopes=False)
                 logarithms = [np.log(line.predicted_by(predicted) / line.H) for line in self.lines]
-                candidate = self._near(misfit, np.concatenate([x, misfit.nuisances.start(logarithms)]))
+                c = nuisances.start(logarithms)
+                candidate = self._near(replace(self.alone, nuisances=nuisances), np.concatenate([x, c]))
                 best = min(best, candidate, key=attrgetter("cost"))
                 if candidate.is_of_channels:
                     yield candidate
@@ -437,11 +408,8 @@ class Estimator:
         return Minimum(misfit, x)
 
     def smoothed_cost(self, x: Array, width: float) -> float:
-        """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
-        try:
-            return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
-        except (InputError, np.linalg.LinAlgError):
-            return math.inf
+        """Return the mean |ln(G/H)|^2 of smoothed responses; raises `InputError` without equilibrium."""
+        return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
 
     def smoothed_distance(self, predicted: Sequence[Predicted], width: float = WIDE) -> float:
         """Return the mean |ln(G/H)|^2 of smoothed responses from what is predicted, infinite where G is zero."""
@@ -469,8 +437,4 @@ def _logarithms(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
     """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
     sd = line.sd / np.abs(line.H)
     weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
-    return in_parts(_log(G / line.H) * weight, dG / G * weight)
-
-
-def _log(x: ComplexArray) -> ComplexArray:
-    return np.asarray(np.log(x), dtype=complex)
+    return in_parts(np.asarray(np.log(G / line.H) * weight, dtype=complex), dG / G * weight)

@@ -18,14 +18,9 @@ from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, Meas
 from symoro_elastic.measured.vibration_tests.unknowns import held_in
 from symoro_elastic.numerics.motion.signals import FRAME_OUTPUTS, JOINT_OUTPUTS, MOTOR_TORQUE, WRENCH_INPUTS
 
-DEGREE = math.pi / 180  # rad
-MILLIMETRE = 1e-3  # m
 MOST_TOGETHER = 3  # largest number of motors of which all combinations are rows
 AT = "at: "
-ZEROS = (
-    (0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, math.pi / 2, 1.8, 2.1, 2.4, 2.75, math.pi),
-    (0.02, 0.05, 0.1, 0.2, 0.4, 0.8),
-)
+ZEROS = (np.geomspace(0.1, math.pi, 14).tolist(), np.geomspace(0.02, 0.8, 6).tolist())
 """Of joints that turn, rad, and that slide, m: zeros that are tried."""
 HELD, FREE, SERVO = "held", "free", "under a servo"
 
@@ -127,7 +122,7 @@ class ListedTests:
         for group in groups:
             what = f"{AT}{', '.join(group)} {'has' if len(group) == 1 else 'have'} the opposite sign"
             yield from self._rows(Kind.POSITIONS, what, partial(_with_scaled_positions, names=group, factor=-1.0))
-            for kind, factor, unit in ((0, DEGREE, "degrees, not rad"), (1, MILLIMETRE, "mm, not m")):
+            for kind, factor, unit in ((0, math.radians(1), "degrees, not rad"), (1, 1e-3, "mm, not m")):
                 own = [name for name in group if sigma.get(name) == kind]
                 if own and (len(group) == 1 or len(own) > 1):
                     what = f"{AT}{', '.join(own)} {'is' if len(own) == 1 else 'are'} in {unit}"

@@ -2,13 +2,131 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import lru_cache
 
-from symoro_elastic.foundation.array_types import Array, ComplexArray
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind, usual_window
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array, ComplexArray, IndexArray
 
 ROUGH_F = 0.05  # relative standard deviation of frequencies by which values far off are compared
+PER_LINE = 2  # frequencies in the distance 1/T of lines
+DAMPED = 4.0  # a T
+SIDE = 4  # lines on either side, by which v is right to 1e-4
+SAMPLES = 2000  # of the integral of v
+EVEN = 0.005  # of the distance of lines: how far even ones are off, by the digits of files
+FEWEST = 8  # fewest lines whose distance determines the length of segments
+USUAL_FALL = math.log(100.0)  # of exponential windows
+
+
+class WindowKind(StrEnum):
+    """Windows that tests may name."""
+
+    NONE = "none"
+    HANN = "hann"
+    EXPONENTIAL = "exponential"
+
+
+@dataclass(frozen=True)
+class Window:
+    """A window: length of its segments, s, NaN where it plays no part; time constant of an exponential one, s."""
+
+    kind: WindowKind
+    segment: float = math.nan
+    decay: float = math.inf
+
+    @property
+    def unit(self) -> float:
+        """Rate, 1/s, of an exponential window that falls to 1 % in a segment, or of this one."""
+        return USUAL_FALL / self.segment if math.isfinite(self.segment) else 1 / self.decay
+
+    def changed(self, c: float) -> Window:
+        """Return Hann's window with segments exp(c) times as long, an exponential one that falls faster by c units."""
+        if self.kind is WindowKind.HANN:
+            return replace(self, segment=self.segment * math.exp(c))
+        rate = 1 / self.decay + c * self.unit
+        return replace(self, decay=1 / rate if rate else math.inf)
+
+
+@dataclass(frozen=True)
+class WindowedLines:
+    """Complex frequencies f (m,), Hz, whose responses a window adds up; their places (N, c) by line, weights (c,)."""
+
+    f: ComplexArray
+    places: IndexArray
+    weights: ComplexArray
+
+    def weighted_sum(self, G: ComplexArray) -> ComplexArray:
+        """Return responses (..., N) of lines from those of frequencies (..., m)."""
+        responses: ComplexArray = G[..., self.places] @ self.weights
+        return responses
+
+
+def windowed_lines(window: Window | None, f: Array) -> WindowedLines | None:
+    """Return what a window adds up at lines f, Hz; None where it changes nothing.
+
+    The impulse response g is seen through a factor v(t):
+
+        Hann, random excitation, Welch:   v = (1 - x)(2 + cos 2 pi x)/3 + sin 2 pi x/(2 pi),  x = t/T; 0 beyond
+        exponential, blows:               v = exp(-t/tau),  so that H(s) = G(s + 1/tau)
+
+    Hann's v is the correlation of a window of length T with itself, over its value at 0: for a white input
+    E[Syx] = Sxx sum_t g(t) v(t) exp(-s t). A product in time is a sum over neighbouring frequencies. It is taken to the
+    right of the imaginary axis, where it is exact but for exp(-2 DAMPED) of vibrations that go on after two segments:
+
+        H(f) = sum_j c_j G(s + a + i pi j/T),  c_j = 1/(2 T) integral v(|t|) exp(a t + i pi j t/T) dt,  a = DAMPED/T
+    """
+    if window is None or window.kind is WindowKind.NONE:
+        return None
+    if window.kind is WindowKind.EXPONENTIAL:
+        shifted = np.asarray(f - 1j / (2 * math.pi * window.decay), dtype=complex)
+        return WindowedLines(shifted, np.arange(len(f))[:, None], np.ones(1, dtype=complex))
+    return _lines_under_hann(window.segment, f.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _lines_under_hann(T: float, lines: bytes) -> WindowedLines:
+    f, j = np.frombuffer(lines), np.arange(-PER_LINE * SIDE, PER_LINE * SIDE + 1)
+    places = (f - f[0]) * PER_LINE * T
+    integers = np.round(places)
+    if integers[-1] and (np.abs(places - integers) < EVEN * PER_LINE).all():
+        unique, neighbours = np.unique(integers[:, None] + j, return_inverse=True)
+        at = f[0] + unique * (f[-1] - f[0]) / integers[-1]
+    else:
+        at, neighbours = (f[:, None] + j / (PER_LINE * T)).ravel(), np.arange(len(f) * len(j))
+    damped = np.asarray(at - 1j * DAMPED / (2 * math.pi * T), dtype=complex)
+    return WindowedLines(damped, neighbours.reshape(len(f), len(j)), _weights(j))
+
+
+def _weights(j: IndexArray) -> ComplexArray:
+    """Return c_j, by the trapezoidal rule; their sum is v(0)."""
+    x = np.linspace(-1, 1, 2 * SAMPLES + 1)
+    v = (1 - np.abs(x)) * (2 + np.cos(2 * np.pi * x)) / 3 + np.sin(2 * np.pi * np.abs(x)) / (2 * np.pi)
+    c = np.exp(2j * np.pi / PER_LINE * np.outer(j, x)) @ (v * np.exp(DAMPED * x)) / (PER_LINE * SAMPLES)
+    weights: ComplexArray = c / c.sum()
+    return weights
+
+
+def segment_of(f: Array) -> float | None:
+    """Return 1/distance of lines, s, where they are multiples of it, as those of a Fourier transform; else None."""
+    if len(f) < FEWEST:
+        return None
+    first = float(np.diff(f).min())
+    step = float(f[-1] - f[0]) / max(round(float(f[-1] - f[0]) / first), 1)
+    multiples = f / step
+    return 1 / step if (np.abs(multiples - np.round(multiples)) < 10 * EVEN).all() else None
+
+
+def usual_window(kind: WindowKind, f: Array) -> Window | None:
+    """Return the window that responses at lines f may be under; None where lines are not those of segments.
+
+    An exponential one falls by nothing.
+    """
+    T = segment_of(f)
+    return None if T is None else Window(kind, T)
 
 
 @dataclass(frozen=True)

@@ -15,30 +15,29 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.measured.fitting.estimates import CAUCHY, TO_DEVIATION
+from symoro_elastic.measured.fitting.estimates import CAUCHY, MOST_STEPS, SIGNIFICANT, TO_DEVIATION
 from symoro_elastic.measured.fitting.evidence import Evidence, largest_chi2
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest, Window
 from symoro_elastic.measured.vibration_tests.nuisances import Delay, Gain, Nuisances
 from symoro_elastic.measured.vibration_tests.predictions import (
     Lines,
+    Oscillations,
     Predicted,
     PredictedModes,
     Predictions,
-    Swinging,
     pairs_of_modes,
 )
-from symoro_elastic.measured.vibration_tests.windows import Window
 
 LEAST_COHERENCE = 0.01  # lower coherences are those of noise
 MOST_COHERENCE = 1 - 1e-4  # higher coherences are those of the analyzer's digits
 LARGEST_CHI2 = 1.15  # of a right model with many averages
 TAIL = 0.9  # more, over the number of averages, by simulation: chi2 of right models is 1.33, 1.22, 1.09 with 3, 5, 10
 SELDOM = 1e-5  # probability that noise is beyond the limit of spikes
+FAR_LOGARITHM = 0.05  # median |ln(G/H)| above which another minimum is sought where the noise is unknown
 USUAL_AVERAGES = 10  # where they are not known
 GUESS = 0.01  # noise over |H| and over its median, until residuals determine it
 LARGEST_STEP = 0.7  # in ln p: factor 2
 LEAST_FALL = 1e-3  # expected fall of the cost below which a fit has ended; the cost is half the sum of squares
-MOST_STEPS = 60  # steps of a minimization
 MOST_REFUSED = 8  # steps running that lower no cost
 SHAPES = 25.0  # cost of a mode with MAC 0: with 1 - MAC = 0.02 it costs 0.5
 UNPAIRED = 40.0  # cost of a mode that the model lacks
@@ -46,8 +45,6 @@ USUAL_F = 0.002  # relative standard deviation of frequencies without one
 USUAL_ZETA = 0.1  # relative standard deviation of damping ratios without one
 QUIET = 3.0  # median residual of the neighbours of a spike
 NEIGHBOURS = 3  # lines with which residuals may be correlated
-CORRELATED = 0.1  # correlation of neighbouring residuals that counts
-CLEARLY = 5.0  # the same, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ class WindowAlternative:
 
 @dataclass(frozen=True)
 class Fit:
-    """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
+    """Logarithms x (p,) of the unknowns, their covariance (p, p), residuals.
 
     `chi2` is the mean square of residuals but for `spikes` of lines, 1 for a model that is as exact as the data; NaN
     where the noise is unknown.
@@ -83,12 +80,9 @@ class Fit:
     """
 
     x: Array
-    information: Array
     covariance: Array
     chi2: float
     residuals: Array
-    weights: Array
-    evaluations: int
     far: float
     lines: tuple[Lines, ...]
     cost: float
@@ -103,12 +97,16 @@ class Fit:
     windows: Mapping[int, float] = field(default_factory=dict)
     alternatives: tuple[WindowAlternative, ...] = ()
 
+    @property
+    def is_far(self) -> bool:
+        """Whether residuals are larger than noise explains."""
+        is_far = self.chi2 > self.far if math.isfinite(self.chi2) else self.logarithm > FAR_LOGARITHM
+        return is_far and bool(self.lines)
 
-@dataclass
-class Tally:
-    """Evaluations of predictions with slopes, over several fits."""
-
-    evaluations: int = 0
+    @property
+    def std(self) -> Array:
+        """Standard deviations (p,) of x."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 Of = Callable[[Lines, ComplexArray, ComplexArray], Residuals]
@@ -128,7 +126,6 @@ class Misfit:
     far: float
     robust: bool = True
     nuisances: Nuisances = field(default_factory=Nuisances)
-    tally: Tally = field(default_factory=Tally)
     evidence: Evidence | None = None
     trusts: bool = False
 
@@ -156,12 +153,11 @@ class Misfit:
         """Return what line k is predicted to be, and its slopes (p + w + m, N)."""
         line = self.lines[k]
         response = predicted[line.test].responses[line.place]
-        dG = None if response.slopes is None else response.slopes[:, line.counted]
+        dG = response.slopes[:, line.counted]
         return self.nuisances.added_to(k, response.G[line.counted], dG, x[self.first :])
 
     def residuals(self, x: Array, of: Of) -> Residuals:
         """Return the residuals of all tests, those of modes last; raises `InputError` without equilibrium."""
-        self.tally.evaluations += 1
         predicted = self.predictions.at(x[: self.first])
         parts = [of(line, *self.response(k, predicted, x)) for k, line in enumerate(self.lines)]
         for test, prediction in zip(self.predictions.tests, predicted, strict=True):
@@ -233,24 +229,17 @@ class Misfit:
         data = np.where(self._may_be_outliers(r), c**2 * np.log1p((r / c) ** 2), r**2)
         return float(0.5 * data.sum() + 0.5 * self.prior @ (x - self.start) ** 2)
 
-    def cost_at(self, x: Array, c: float, most: float) -> float:
-        """Return the cost of lines at x, infinite without equilibrium; that of some tests if it is above `most`."""
-        tests = self.predictions.tests_at(x[: self.first])
-        predicted: list[Predicted] = [Predicted(())] * len(tests)
-        parts, cost = [self.evidence.apart(x[: self.unknowns])] if self.evidence else [], 0.0
-        for t, test in enumerate(tests):
-            try:
-                predicted[t : t + 1] = self.predictions.at(x[: self.first], slopes=False, tests=[test])
-            except (InputError, np.linalg.LinAlgError):
-                return math.inf
-            for k, line in enumerate(self.lines):
-                if line.test == t:
-                    apart = (self.response(k, predicted, x)[0] - line.H) / line.sd
-                    parts += [apart.real, apart.imag]
-            cost = self.cost(np.concatenate(parts), x, c) if parts else 0.0
-            if cost > most:
-                break
-        return cost
+    def cost_at(self, x: Array, c: float) -> float:
+        """Return the cost of lines and evidence at x, infinite without equilibrium."""
+        try:
+            predicted = self.predictions.at(x[: self.first], slopes=False)
+        except (InputError, np.linalg.LinAlgError):
+            return math.inf
+        parts = [self.evidence.apart(x[: self.unknowns])] if self.evidence else []
+        for k, line in enumerate(self.lines):
+            apart = (self.response(k, predicted, x)[0] - line.H) / line.sd
+            parts += [apart.real, apart.imag]
+        return self.cost(np.concatenate(parts), x, c)
 
     def with_wider_evidence(self, factor: float) -> Misfit:
         """Return the same with trusted evidence of standard deviations times a factor."""
@@ -262,12 +251,12 @@ class Misfit:
         """The same, in which pairs of modes count that are in doubt."""
         return replace(self, predictions=self.predictions.with_all_pairs())
 
-    def modal_cost(self, x: Array, swinging: Sequence[Swinging] | None = None) -> float:
+    def modal_cost(self, x: Array, oscillations: Sequence[Oscillations] | None = None) -> float:
         """Return the cost of all measured modes and of the prior at ln p, with or without a sure partner.
 
-        `swinging` is what oscillates in each test there, if that is known.
+        `oscillations` is what oscillates in each test there, if that is known.
         """
-        own, tests = swinging or self.predictions.swinging(x), self.predictions.tests
+        own, tests = oscillations or self.predictions.oscillations(x), self.predictions.tests
         pairs = zip(tests, own, strict=True)
         distances = [modal_distance(test.modes, modes) for test, modes in pairs if test.modes]
         return float(sum(distances) + 0.5 * self.prior[: self.unknowns] @ (x - self.predictions.sought.start) ** 2)
@@ -298,34 +287,25 @@ class Misfit:
         mean, efficiency = _of_normal_noise() if self.robust else (1.0, 1.0)
         freedom = max(1.0 - len(x) / max(len(here.r), 1), 0.1)
         spikes = self._spikes(here.r) if self.robust else ()
-        counted = np.ones(len(here.r), dtype=bool)
-        counted[: 2 * sum(map(len, spikes))] = ~np.concatenate(
-            [counted[:0], *(np.tile(is_spike, 2) for is_spike in spikes)]
+        counted = weights.copy()
+        counted[: 2 * sum(map(len, spikes))][np.concatenate([np.zeros(0, bool), *(np.tile(x, 2) for x in spikes)])] = (
+            0.0
         )
-        squares = weights[counted] @ here.r[counted] ** 2
-        chi2 = float(squares / max(weights[counted].sum(), 1e-300)) / mean / freedom
+        chi2 = float(counted @ here.r**2 / max(counted.sum(), 1e-300)) / mean / freedom
         wider = math.sqrt(self._alike(np.sqrt(weights) * here.r))
         information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0) / wider**2
-        p, m, posterior = self.unknowns, self.first, information + np.diag(self.prior)
-        covariance = np.asarray(np.linalg.inv(posterior), dtype=float)
-        if len(x) > p:
-            information = posterior[:p, :p] - posterior[:p, p:] @ np.linalg.solve(posterior[p:, p:], posterior[p:, :p])
-            information -= np.diag(self.prior[:p])
+        covariance = np.asarray(np.linalg.inv(information + np.diag(self.prior)), dtype=float)
+        p, m, std = self.unknowns, self.first, np.sqrt(np.diag(covariance))
         noise_is_known = all(line.sd_is_known for line in self.lines)
+        far = self.far if self.lines else max(self.far, largest_chi2(freedom * len(here.r)))
+        of_windows = zip(self.predictions.windowed, std[p:m].tolist(), strict=True)
         return Fit(
-            x[:p], information, covariance[:p, :p], chi2 if noise_is_known else math.nan, here.r, weights,
-            self.tally.evaluations, self.far if self.lines else max(self.far, largest_chi2(freedom * len(here.r))),
-            self.lines,
-            self.cost(here.r, x, CAUCHY) + 2 * sum(map(_logarithm_of_noise, self.lines)),
+            x[:p], covariance[:p, :p], chi2 if noise_is_known else math.nan, here.r, far, self.lines,
+            self.cost(here.r, x, CAUCHY) + 2 * sum(float(np.log(x.sd / np.abs(x.H)).sum()) for x in self.lines),
             self._median_logarithm(here.r), wider,
-            self.nuisances.largest_term(x[m:]), self.nuisances.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
+            self.nuisances.largest_term(x[m:]), self.nuisances.delays(x[m:], std[m:]),
             self.nuisances.gains(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
-            spikes=spikes,
-            windows={
-                k: std
-                for k, std in zip(self.predictions.windowed, np.sqrt(np.diag(covariance)[p:m]).tolist(), strict=True)
-                if isinstance(k, int)
-            },
+            spikes=spikes, windows={k: s for k, s in of_windows if isinstance(k, int)},
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:
@@ -363,13 +343,8 @@ class Misfit:
             sum(float(np.real(np.vdot(residuals[j:], residuals[:-j]))) for residuals in lines) / size
             for j in range(1, NEIGHBOURS + 1)
         ]
-        clear = max(CORRELATED, CLEARLY / math.sqrt(2 * sum(map(len, lines))))
-        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > clear else 1.0
-
-
-def _logarithm_of_noise(line: Lines) -> float:
-    """Return the sum of ln(sd/|H|)."""
-    return float(np.log(line.sd / np.abs(line.H)).sum())
+        chance = SIGNIFICANT / math.sqrt(2 * sum(map(len, lines)))
+        return 1 + 2 * sum(max(x, 0.0) for x in rho) if rho[0] > chance else 1.0
 
 
 def differences(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
@@ -397,14 +372,14 @@ def _of_normal_noise() -> tuple[float, float]:
     return float(density @ (weight * r**2)) / mean, of_slope**2 / of_psi / mean
 
 
-def modal_distance(measured: MeasuredModes, own: Swinging) -> float:
+def modal_distance(measured: MeasuredModes, own: Oscillations) -> float:
     """Return how far modes are from what oscillates: Cauchy's cost of residuals, 1 - MAC, modes without a partner."""
     pairs = pairs_of_modes(measured, own)
     poles, k = own.poles[pairs.columns], len(measured.f)
     f, zeta, nothing = np.full(k, np.nan), np.full(k, np.nan), np.zeros((0, k))
     f[pairs.rows], zeta[pairs.rows] = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
     r = modal_residuals(measured, PredictedModes(f, zeta, nothing, nothing)).r
-    shapes = SHAPES * float((1 - pairs.likeness).sum())
+    shapes = SHAPES * float((1 - pairs.mac).sum())
     return float(0.5 * CAUCHY**2 * np.log1p((r / CAUCHY) ** 2).sum()) + shapes + UNPAIRED * (k - len(pairs.rows))
 
 

@@ -17,7 +17,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
-from symoro_elastic.measured.vibration_tests.misfit import Fit
+from symoro_elastic.measured.vibration_tests.misfit import GUESS, Fit
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predictions
 
 FRACTIONS = (-0.8, 0.0, 0.8)  # places of a motor within its limits, from the middle to an end
@@ -25,7 +25,6 @@ MOST_PLACES = 9
 LINES = 100  # of a candidate; its information counts as that of as many lines as tests have
 LEAST_FALL = 0.01
 """Least fraction by which a test lowers the sum of variances; by which it lowers a variance that it determines."""
-FLOOR = 0.01  # of the median of a response: noise where it is small, as in the tests so far
 
 
 @dataclass(frozen=True)
@@ -51,25 +50,22 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
     sought = predictions.sought
     reported = [k for k, entry in enumerate(sought.unknowns) if not entry.is_nuisance]
     before = np.diag(fit.covariance)[reported]
-    present = fit.information + np.diag(sought.prior)
+    present = np.linalg.inv(fit.covariance)
     shares = [line.sd / np.hypot(np.abs(line.H), np.median(np.abs(line.H))) for line in lines]
-    noise = float(np.median(np.concatenate(shares))) if lines else FLOOR
+    noise = float(np.median(np.concatenate(shares))) if lines else GUESS
     candidates = _candidates(predictions, lines)
     of_candidates = Predictions(sought, candidates)
-    x = fit.x
     outcomes: list[tuple[VibrationTest, Array]] = []
     advised: list[Candidate] = []
     per = np.median([line.counted.sum() for line in lines]) / LINES if lines else 1.0
     for test in candidates:
         try:
-            information = per * information_of(of_candidates, x, test, noise) / (fit.chi2 if fit.chi2 > 1 else 1.0)
+            information = per * information_of(of_candidates, fit.x, test, noise) / np.fmax(fit.chi2, 1.0)
         except (InputError, np.linalg.LinAlgError):
             continue
-        after = np.diag(np.linalg.inv(present + information))[reported]
-        outcomes.append((test, after))
-    determines = (
-        before > np.min([after for _, after in outcomes], axis=0) / (1 - LEAST_FALL) if outcomes else before > 0
-    )
+        outcomes.append((test, np.diag(np.linalg.inv(present + information))[reported]))
+    least = np.min([before, *(after for _, after in outcomes)], axis=0)
+    determines = before > least / (1 - LEAST_FALL)
     for test, after in outcomes if determines.any() else ():
         order = np.argsort(after - before)[:3]
         tells = tuple(sought.labels[reported[k]] for k in order if after[k] < 0.7 * before[k])
@@ -85,7 +81,7 @@ def information_of(predictions: Predictions, x: Array, test: VibrationTest, nois
     (predicted,) = predictions.at(x, True, [test])
     total = np.zeros((len(x), len(x)))
     for response in predicted.responses:
-        if response.slopes is None or not np.isfinite(response.slopes).all():
+        if not np.isfinite(response.slopes).all():
             continue
         size = np.abs(response.G)
         sd = noise * np.hypot(size, np.median(size))
@@ -100,10 +96,8 @@ def _candidates(predictions: Predictions, lines: Sequence[Lines]) -> list[Vibrat
     lows = min((float(line.f[0]) for line in lines), default=1.0)
     highs = max((float(line.f[-1]) for line in lines), default=1000.0)
     f, nothing = np.geomspace(lows, highs, LINES), np.ones(LINES, dtype=complex)
-    outputs_so_far = list(
-        dict.fromkeys(response.output for test in tests for response in test.responses if "at (" not in response.output)
-    )
-    of_frames = [name for name in outputs_so_far if name.rpartition(".")[0] not in motion.motor_names]
+    outputs_so_far = dict.fromkeys(response.output for test in tests for response in test.responses)
+    of_frames = [x for x in outputs_so_far if "at (" not in x and x.rpartition(".")[0] not in motion.motor_names]
     free = [name for name in motion.motor_names if not any(held in ("all", name) for t in tests for held in t.hold)]
     machine = motion.given
     bodies = [j for j in machine.joints if not j.body.mass.is_zero and j.kind is not Kind.CUT]

@@ -155,17 +155,14 @@ class Nuisances:
         """Whether outputs may be late."""
         return any(isinstance(part, ChannelDelay) for part in self.parts)
 
-    def added_to(
-        self, line: int, G: ComplexArray, dG: ComplexArray | None, c: Array
-    ) -> tuple[ComplexArray, ComplexArray]:
+    def added_to(self, line: int, G: ComplexArray, dG: ComplexArray, c: Array) -> tuple[ComplexArray, ComplexArray]:
         """Return a line as it is measured, and its slopes by parameters (p, N) and coefficients (m, N)."""
-        known = np.zeros((0, len(G)), dtype=complex) if dG is None else dG
-        slopes = np.pad(known, ((0, len(c)), (0, 0)))
+        slopes = np.pad(dG, ((0, len(c)), (0, 0)))
         for part, own in zip(self.parts, self._slices, strict=True):
             if line in part.lines:
                 G, factor, by_own = part.applied(line, G, c[own])
                 slopes *= factor
-                slopes[len(known) :][own] = by_own
+                slopes[len(dG) :][own] = by_own
         return G, slopes
 
     def largest_term(self, c: Array) -> float:

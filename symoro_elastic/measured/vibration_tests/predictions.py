@@ -27,9 +27,13 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.measured.vibration_tests.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import (
+    MeasuredModes,
+    MeasuredResponse,
+    VibrationTest,
+    windowed_lines,
+)
 from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
-from symoro_elastic.measured.vibration_tests.windows import behind
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -44,10 +48,10 @@ STEP_OF_ZERO = 1e-4  # of differences by zeros, rad or m
 
 @dataclass(frozen=True)
 class PredictedResponse:
-    """G (N) of a measured response, and its slopes (p, N) by ln p; without slopes None."""
+    """G (N) of a measured response, and its slopes (p, N) by ln p; (0, N) without slopes."""
 
     G: ComplexArray
-    slopes: ComplexArray | None = None
+    slopes: ComplexArray
 
 
 @dataclass(frozen=True)
@@ -66,18 +70,6 @@ class Predicted:
 
     responses: tuple[PredictedResponse, ...]
     modes: PredictedModes | None = None
-
-    def with_more_slopes(self, more: int) -> Predicted:
-        """Return the same with slopes of zero by more unknowns."""
-        rows = ((0, more), (0, 0))
-        responses = [
-            response if response.slopes is None else replace(response, slopes=np.pad(response.slopes, rows))
-            for response in self.responses
-        ]
-        modes = self.modes and replace(
-            self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
-        )
-        return Predicted(tuple(responses), modes)
 
 
 @dataclass(frozen=True)
@@ -121,9 +113,7 @@ class Predictions:
         self.sought, self.tests = sought, tuple(tests)
         for test in tests:
             if test.modes and test.drives:
-                what = (
-                    "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
-                )
+                what = "natural frequencies and ring-downs are of motors held, free or under pd: measure responses"
                 raise InputError(test.name, "drives", what)
         drives = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
         measured = [loop.measured for loop in drives.values() if loop.measured != MOTOR]
@@ -182,22 +172,18 @@ class Predictions:
             linear = self.linear_at(motion, test, values)
             refuse_singular(motion, linear.M, linear.kept)
             prediction = self._of(linear, test, values, slopes)
-            if slopes and self.windowed:
-                prediction = prediction.with_more_slopes(len(self.windowed))
             for row, name in enumerate(self.windowed if slopes else ()):
                 if name == k or isinstance(name, str):
-                    for response, slope in zip(
-                        prediction.responses, self._by_change(linear, test, name, values), strict=True
-                    ):
-                        if response.slopes is not None:
-                            response.slopes[p + row] = slope
+                    by_change = self._by_change(linear, test, name, values)
+                    for response, slope in zip(prediction.responses, by_change, strict=True):
+                        response.slopes[p + row] = slope
             predicted.append(prediction)
         return predicted
 
-    def swinging(self, x: Array) -> list[Swinging]:
+    def oscillations(self, x: Array) -> list[Oscillations]:
         """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
         values, motion = self._at_values(x)
-        return [swinging_of(self.linear_at(motion, test, values)) for test in self.tests]
+        return [oscillations_of(self.linear_at(motion, test, values)) for test in self.tests]
 
     def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
         """Return the values of the unknowns, and the machine that has them."""
@@ -245,9 +231,8 @@ class Predictions:
         for test in self.tests:
             excluded = {*test.pd, *test.drives, *held_in(test, motion.motor_names)}
             free = [name for name in driven if name not in excluded]
-            off = (
-                f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
-            )
+            way_out = "hold their motors, or give drives or pd, where they were on"
+            off = f"the drives of {', '.join(free)} are off: {way_out}"
             limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
             limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
             said = [*([off] if free else []), *([limits] if limited else [])]
@@ -257,31 +242,30 @@ class Predictions:
 
     def _of(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float], slopes: bool) -> Predicted:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
-        responses: list[PredictedResponse | None] = [None] * len(test.responses)
+        responses: dict[int, PredictedResponse] = {}
         for group in _groups(test.responses):
             f = test.responses[group[0]].f
-            window = behind(test.window, f)
+            window = windowed_lines(test.window, f)
             G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
-                own, by = G[:, o, i], dG[:, :, o, i]
-                if window is not None:
-                    own, by = window.seen(own), window.seen(by)
-                responses[k] = PredictedResponse(own, by if slopes else None)
+                both = G[:, o, i], dG[:, :, o, i]
+                responses[k] = PredictedResponse(*(both if window is None else map(window.weighted_sum, both)))
         modes = None if test.modes is None else _modes_of(changed, test.modes, self.pairs_all)
-        return Predicted(tuple(response for response in responses if response is not None), modes)
+        return Predicted(tuple(responses[k] for k in range(len(responses))), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
-        """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""
+        """Return slopes by all unknowns (p + w): by ln p, those of parameters times p, and of unknown gains; zeros."""
         slopes = linear_slopes(linear, self.parameters)
-        p, n, motion = len(values), len(linear.kept), linear.motion
+        n, motion = len(linear.kept), linear.motion
+        names = (*self.sought.labels, *map(str, self.windowed))
         place = {label: k for k, label in enumerate(self.sought.labels)}
         rows, size = [place[name] for name in slopes.names], np.array([values[name] for name in slopes.names])
         totals = {}
         for name, axis in (("M", 0), ("D", 0), ("K", 0), ("F", 0), ("C", 1), ("motors", 0)):
             total = np.moveaxis(getattr(slopes, name), axis, 0)
-            spread = np.zeros((p, *total.shape[1:]))
+            spread = np.zeros((len(names), *total.shape[1:]))
             spread[rows] = total * size.reshape(-1, *[1] * (total.ndim - 1))
             totals[name] = np.moveaxis(spread, 0, axis)
         for motor in (name for name, given in test.pd.items() if given is None):
@@ -289,7 +273,7 @@ class Predictions:
             for gain, matrix in ((KP, "K"), (KD, "D")):
                 label = gain_label(motor, gain)
                 totals[matrix][place[label]] = values[label] * np.outer(row, row).reshape(n, n)
-        return LinearSlopes(linear, self.sought.labels, **totals)
+        return LinearSlopes(linear, names, **totals)
 
 
 def _with_change(test: VibrationTest, name: int | str, c: float) -> VibrationTest:
@@ -323,7 +307,7 @@ def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
 
 
 @dataclass(frozen=True)
-class Swinging:
+class Oscillations:
     """Poles (m) of oscillating motions, rad/s, and their amplitudes (m, outputs) at outputs by name."""
 
     poles: ComplexArray
@@ -338,39 +322,37 @@ class Pairs:
 
     rows: IndexArray
     columns: IndexArray
-    likeness: Array
+    mac: Array
     sure: BoolArray
 
 
-def swinging_of(linear: Linearization) -> Swinging:
+def oscillations_of(linear: Linearization) -> Oscillations:
     """Return what oscillates in a linearization."""
     poles, vectors = damped_poles(linear)
     places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
     poles, vectors = poles[places], vectors[:, places]
     own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
-    return Swinging(poles, own.T, tuple(linear.outputs))
+    return Oscillations(poles, own.T, tuple(linear.outputs))
 
 
-def pairs_of_modes(measured: MeasuredModes, own: Swinging) -> Pairs:
+def pairs_of_modes(measured: MeasuredModes, own: Oscillations) -> Pairs:
     """Return the poles that belong to measured modes, by shape and frequency."""
     apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
-    cost, likeness = apart, np.ones_like(apart)
+    cost, mac = apart, np.ones_like(apart)
     if measured.shapes is not None:
         places = [own.outputs.index(name) for name in measured.outputs]
-        likeness = _mac(measured.shapes, own.amplitudes[:, places])
-        cost = apart - likeness
+        mac = _mac(measured.shapes, own.amplitudes[:, places])
+        cost = apart - mac
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
     alone = len(own.poles) < 2
-    nearest = np.sort(likeness - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
-    sure = (likeness[rows, columns] >= LEAST_MAC) & (
-        (nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None)
-    )
-    return Pairs(rows, columns, likeness[rows, columns], sure)
+    nearest = np.sort(mac - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
+    sure = (mac[rows, columns] >= LEAST_MAC) & ((nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None))
+    return Pairs(rows, columns, mac[rows, columns], sure)
 
 
 def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
     """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
-    own = swinging_of(slopes.linear)
+    own = oscillations_of(slopes.linear)
     pairs = pairs_of_modes(measured, own)
     rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every
     size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
@@ -387,8 +369,8 @@ def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
     """Return |a^H b|^2 / (a^H a b^H b) of shapes (k, outputs) and (m, outputs), (k, m)."""
     cross = np.abs(measured.conj() @ shapes.T) ** 2
     sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
-    likeness: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
-    return likeness
+    mac: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
+    return mac
 
 
 @dataclass(frozen=True)

@@ -16,27 +16,17 @@ from symoro_elastic.formats.toml.vibration_tests import ListedTest, read_list
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names
-from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest, VibrationTests
+from symoro_elastic.measured.vibration_tests import tables, universal_files
+from symoro_elastic.measured.vibration_tests.measured import (
+    MeasuredResponse,
+    VibrationTest,
+    VibrationTests,
+    Window,
+    WindowKind,
+    segment_of,
+)
 from symoro_elastic.measured.vibration_tests.ring_downs import modes_of_ring_down
 from symoro_elastic.measured.vibration_tests.signal_names import FileResponse, Names
-from symoro_elastic.measured.vibration_tests.tables import (
-    FREQUENCY,
-    OF_MODES,
-    SAVED,
-    TIME,
-    modes_in,
-    refuse_unsorted,
-    responses_in,
-    saved_responses,
-    signals_in,
-)
-from symoro_elastic.measured.vibration_tests.universal_files import (
-    SUFFIXES,
-    contents_of,
-    modes_of_universal_file,
-    read_universal_file,
-)
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind, segment_of
 
 FEWEST_LINES = 3
 NO_WINDOW = "is of frequency responses, and these are modes or a ring-down: remove it"
@@ -62,27 +52,27 @@ def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str
         listed.file, listed.at, listed.hold, listed.pd, listed.averages, listed.validate, drives=listed.drives
     )  # fmt: skip
     names, source = Names(machine, listed), str(listed.path)
-    if listed.path.suffix.lower() in SUFFIXES:
+    if listed.path.suffix.lower() in universal_files.SUFFIXES:
         return _of_universal_file(test, names)
     columns = read_arrays_of(listed.path, NUMBERS_AND_TEXTS)
-    if {*SAVED} <= columns.keys():
-        return _with_responses(test, saved_responses(columns, source), names)
+    if {*tables.SAVED} <= columns.keys():
+        return _with_responses(test, tables.saved_responses(columns, source), names)
     for header, x in columns.items():
         if x.ndim != 1 or x.dtype.kind != "f" or len(x) != len(next(iter(columns.values()))):
             what = f"has shape {x.shape}: numbers are needed, real, as many as in {next(iter(columns))}"
             raise InputError(source, header, what)
     heads = {name_and_unit(header)[0] for header in columns}
-    if FREQUENCY in heads:
-        return _with_responses(test, responses_in(columns, source), names)
+    if tables.FREQUENCY in heads:
+        return _with_responses(test, tables.responses_in(columns, source), names)
     if listed.window:
         raise listed.fail("window", NO_WINDOW)
-    if OF_MODES[0] in heads:
-        return replace(test, modes=modes_in(columns, names, source, listed.band)), []
-    if TIME in heads:
-        signals = signals_in(columns, names, source)
-        modes, left_out = modes_of_ring_down(signals.pop(TIME), signals, listed.band, source)
+    if tables.OF_MODES[0] in heads:
+        return replace(test, modes=tables.modes_in(columns, names, source, listed.band)), []
+    if tables.TIME in heads:
+        signals = tables.signals_in(columns, names, source)
+        modes, left_out = modes_of_ring_down(signals.pop(tables.TIME), signals, listed.band, source)
         return replace(test, modes=modes), [f"{listed.file}: {note}" for note in left_out]
-    what = f"has neither {FREQUENCY} nor {OF_MODES[0]} nor {TIME}: responses begin with f [Hz], "
+    what = f"has neither {tables.FREQUENCY} nor {tables.OF_MODES[0]} nor {tables.TIME}: responses begin with f [Hz], "
     what += "natural frequencies with frequency, ring-downs with t"
     raise InputError(source, "columns", what)
 
@@ -90,22 +80,22 @@ def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str
 def _of_universal_file(test: VibrationTest, names: Names) -> tuple[VibrationTest, list[str]]:
     """Return a test with the responses of a universal file, or with its modes where it has none."""
     listed, path = names.test, names.test.path
-    if responses := read_universal_file(path):
+    if responses := universal_files.read_universal_file(path):
         return _with_responses(test, responses, names)
-    modes = modes_of_universal_file(path)
+    modes = universal_files.modes_of_universal_file(path)
     if not modes:
-        what = f"no frequency response and no mode; the file holds {contents_of(path)}"
+        what = f"no frequency response and no mode; the file holds {universal_files.contents_of(path)}"
         raise InputError(str(path), "responses", what)
     if listed.window:
         raise listed.fail("window", NO_WINDOW)
-    columns = {name: x for name, x in modes.items() if name in OF_MODES or name in names.rename}
+    columns = {name: x for name, x in modes.items() if name in tables.OF_MODES or name in names.rename}
     skipped = [name for name in modes if name not in columns]
     names.used |= columns.keys() & names.rename.keys()
     names.refuse_unused([*modes])
     notes = (
         [f"{listed.file}: shapes at {list_of_names(skipped)} are skipped: rename them to use them"] if skipped else []
     )
-    return replace(test, modes=modes_in(Columns(columns), names, str(path), listed.band)), notes
+    return replace(test, modes=tables.modes_in(Columns(columns), names, str(path), listed.band)), notes
 
 
 def _with_responses(
@@ -113,7 +103,7 @@ def _with_responses(
 ) -> tuple[VibrationTest, list[str]]:
     """Return a test with the responses of its file by the names of the machine."""
     listed = names.test
-    nodal = listed.path.suffix.lower() in SUFFIXES
+    nodal = listed.path.suffix.lower() in universal_files.SUFFIXES
     named = [entry for entry in responses_of_file if not nodal or entry.name in names.rename]
     notes = []
     if skipped := [entry.name for entry in responses_of_file if entry not in named]:
@@ -126,11 +116,8 @@ def _with_responses(
         notes += lost
     names.refuse_unused([entry.name for entry in responses_of_file])
     if not responses:
-        there = (
-            f"there are {list_of_names(entry.name for entry in responses_of_file)}: rename them"
-            if responses_of_file
-            else "there are none"
-        )
+        names_of_file = list_of_names(entry.name for entry in responses_of_file)
+        there = f"there are {names_of_file}: rename them" if responses_of_file else "there are none"
         raise InputError(str(listed.path), "responses", f"no response of the machine, {there}")
     if (listed.averages or 1) == 1 or any(entry.coherence is None for entry in responses):
         notes.append(_without_noise(listed, responses))
@@ -164,7 +151,7 @@ def _measured_response(entry: FileResponse, names: Names) -> tuple[MeasuredRespo
     """Return a response in SI units, its lines sorted, finite, within the band; and notes about lines left out."""
     listed, source = names.test, str(names.test.path)
     output, given, factor = names.pair(entry, source)
-    refuse_unsorted(entry.f, np.isfinite(entry.f), source, entry.place)
+    tables.refuse_unsorted(entry.f, np.isfinite(entry.f), source, entry.place)
     low, high = listed.band
     inside = (entry.f >= low) & (entry.f <= high)
     still = entry.f == 0

@@ -19,6 +19,7 @@ from symoro_elastic.analysis.time_series.column_faults import stays
 from symoro_elastic.analysis.time_series.measurements import UNEVEN
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.measured.fitting.estimates import MOST_STEPS, ROUNDING
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes
 
 FEWEST = 50  # samples
@@ -26,11 +27,9 @@ MOST = 50_000  # samples
 MOST_MODES = 12
 STARTS = (0.002, 0.01, 0.03, 0.1)  # damping ratios
 PADDED = 4  # times as many lines as samples
-STEPS = 40  # of a fit of poles
 CONVERGED = 1e-6  # relative step of poles that ends a fit
 SHORTEST = 1e-3  # of a step, which ends a fit
 MOST_GROWTH = 300.0  # exponent: more overflows
-NULL = 1e-24  # of the power of a signal: less is rounding, and no noise
 SURE = 2.0  # standard deviations from zero of the decay of a mode
 PERIODS = 2.0  # of a mode in a record
 DECAYED = 0.3  # exponent by which a mode falls in a record
@@ -38,11 +37,13 @@ DECAYED = 0.3  # exponent by which a mode falls in a record
 
 @dataclass(frozen=True)
 class _Fit:
-    """Decay rates and pulsations (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), and -2 ln of their likelihood."""
+    """Decay rates and pulsations (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), their
+    standard deviations (C,), and -2 ln of their likelihood."""
 
     poles: Array
     amplitudes: ComplexArray
     residuals: Array
+    sizes: Array
     misfit: float
     slopes: Array
     """Of the residuals in units of the noise, all signals below each other, by the poles."""
@@ -157,8 +158,8 @@ def _starts(t: Array, residuals: Array) -> list[Array]:
 def _refined_fit(t: Array, y: Array, poles: Array) -> _Fit:
     """Return the least misfit near poles, by Gauss and Newton with amplitudes eliminated."""
     fit = _amplitudes_fit(t, y, poles)
-    for _ in range(STEPS if len(poles) else 0):
-        step = -np.linalg.lstsq(fit.slopes, (fit.residuals / _sizes(fit, y)).T.ravel(), rcond=None)[0].reshape(-1, 2)
+    for _ in range(MOST_STEPS if len(poles) else 0):
+        step = -np.linalg.lstsq(fit.slopes, (fit.residuals / fit.sizes).T.ravel(), rcond=None)[0].reshape(-1, 2)
         share, better = 1.0, fit
         while better is fit and share > SHORTEST:
             moved = fit.poles + share * step
@@ -175,15 +176,9 @@ def _refined_fit(t: Array, y: Array, poles: Array) -> _Fit:
 
 def _powers(residuals: Array, y: Array) -> Array:
     """Return the mean squares of residuals (C,), at least those of rounding."""
-    rounding = NULL * np.mean(y**2, axis=0) + np.finfo(float).tiny
+    rounding = ROUNDING**2 * np.mean(y**2, axis=0) + np.finfo(float).tiny
     powers: Array = np.maximum(np.mean(residuals**2, axis=0), rounding)
     return powers
-
-
-def _sizes(fit: _Fit, y: Array) -> Array:
-    """Return the standard deviations of the noise (C,)."""
-    sizes: Array = np.sqrt(_powers(fit.residuals, y))
-    return sizes
 
 
 def _amplitudes_fit(t: Array, y: Array, poles: Array) -> _Fit:
@@ -203,7 +198,7 @@ def _amplitudes_fit(t: Array, y: Array, poles: Array) -> _Fit:
         for which, change in enumerate((moved.real, moved.imag)):  # minus d/d decay, minus d/d pulsation of the sum
             slopes[c, :, :, which] = change - Q @ (Q.T @ change)
     misfit = len(t) * float(np.log(_powers(residuals, y)).sum())
-    return _Fit(poles, A, residuals, misfit, slopes.reshape(y.size, 2 * k))
+    return _Fit(poles, A, residuals, sizes, misfit, slopes.reshape(y.size, 2 * k))
 
 
 @np.errstate(invalid="ignore")  # variances of poles that nothing determines are negative by rounding

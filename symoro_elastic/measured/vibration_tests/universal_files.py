@@ -10,6 +10,7 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -26,25 +27,30 @@ from symoro_elastic.quantities.unit_reader import UnitError, conversion, is_unit
 
 SUFFIXES = (".uff", ".unv")
 MOST_BYTES = 200_000_000
-FUNCTIONS, NODES, UNITS = 58, 55, 164
-"""Types of data sets."""
-RESPONSE, COHERENCE = 4, 6
-"""Types of functions."""
+RESPONSE, COHERENCE = "frequency response", "coherence"
 KINDS = {
-    0: "general function", 1: "time record", 2: "auto spectrum", 3: "cross spectrum", 4: "frequency response",
-    5: "transmissibility", 6: "coherence", 7: "auto correlation", 8: "cross correlation", 9: "power spectral density",
+    0: "general function", 1: "time record", 2: "auto spectrum", 3: "cross spectrum", 4: RESPONSE,
+    5: "transmissibility", 6: COHERENCE, 7: "auto correlation", 8: "cross correlation", 9: "power spectral density",
     12: "spectrum",
 }  # fmt: skip
 """Names of functions of data sets 58, by their types."""
-NORMAL_MODE, COMPLEX_MODES = 2, (3, 7)
-"""Types of analysis of data sets 55."""
+MODES = {2: "normal mode", 3: "complex mode", 7: "complex mode"}
+"""Types of analysis of data sets 55 that are modes."""
 AXES = ("+X", "+Y", "+Z", "+RX", "+RY", "+RZ")
 DIRECTIONS = ("S", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ")  # by number; -1 is -X, and so on
-GENERAL, FREQUENCY = 1, 18
+OVER_FREQUENCY = (0, 1, 18)  # specific data types of abscissas: unknown, general, frequency
 LINE = 5  # values that a line of a data set may have behind its last one: the rest of it is zeros
 UNSAID, LOST = "not said", "\ufffd"
 LENGTHS, FORCES = {8: "m", 11: "m/s", 12: "m/s2"}, (9, 13)
 """Specific data types: displacement, velocity, acceleration; reaction and excitation force."""
+
+
+class DataSet(IntEnum):
+    """Types of data sets."""
+
+    FUNCTION = 58
+    NODES = 55
+    UNITS = 164
 
 
 def read_universal_file(path: Path) -> list[FileResponse]:
@@ -54,18 +60,19 @@ def read_universal_file(path: Path) -> list[FileResponse]:
     Raises `InputError` for files that are damaged or hold no responses, and for responses that are there twice.
     """
     source, sets = str(path), _sets(path)
-    system = next((data_set for kind, data_set in sets if kind == UNITS), None)
+    system = next((data_set for kind, data_set in sets if kind == DataSet.UNITS), None)
     responses: dict[str, FileResponse] = {}
     coherences: dict[str, tuple[Array, Array]] = {}
-    for k, data_set in enumerate((data_set for kind, data_set in sets if kind == FUNCTIONS), start=1):
+    for k, data_set in enumerate((data_set for kind, data_set in sets if kind == DataSet.FUNCTION), start=1):
         place = f"function {k}"
-        if data_set["func_type"] not in (RESPONSE, COHERENCE):
+        kind = KINDS.get(data_set["func_type"])
+        if kind not in (RESPONSE, COHERENCE):
             continue
         name, sign = _name(data_set, source, place)
-        if name in (responses if data_set["func_type"] == RESPONSE else coherences):
+        if name in (responses if kind == RESPONSE else coherences):
             raise InputError(source, place, f"{name} is there twice: keep one")
         f, data = _numbers(data_set, source, place)
-        if data_set["func_type"] == COHERENCE:
+        if kind == COHERENCE:
             coherences[name] = f, _coherence(data, source, place)
         else:
             unit, scale = _unit(data_set, system)
@@ -80,8 +87,8 @@ def modes_of_universal_file(path: Path) -> dict[str, AnyArray]:
 
     A damping ratio that is zero is not known. Raises `InputError` for data sets 55 of different nodes.
     """
-    modes = [nodes for kind, nodes in _sets(path) if kind == NODES]
-    modes = [mode for mode in modes if mode["analysis_type"] in (NORMAL_MODE, *COMPLEX_MODES)]
+    modes = [nodes for kind, nodes in _sets(path) if kind == DataSet.NODES]
+    modes = [mode for mode in modes if mode["analysis_type"] in MODES]
     if not modes:
         return {}
     poles = [_pole(mode) for mode in modes]
@@ -99,7 +106,7 @@ def modes_of_universal_file(path: Path) -> dict[str, AnyArray]:
 
 def _pole(mode: Mapping[str, Any]) -> tuple[float, float]:
     """Return natural frequency, Hz, and damping ratio of a mode."""
-    if mode["analysis_type"] == NORMAL_MODE:
+    if MODES[mode["analysis_type"]] == "normal mode":
         return float(mode["freq"]), float(mode["modal_damp_vis"])
     size = abs(mode["eig"])
     return size / (2 * np.pi), -mode["eig"].real / size if size else 0.0
@@ -108,9 +115,9 @@ def _pole(mode: Mapping[str, Any]) -> tuple[float, float]:
 def contents_of(path: Path) -> str:
     """Return what a universal file holds, in words: `4 time records, data sets 15, 151`."""
     counts = Counter(
-        KINDS.get(data_set["func_type"], "function") for kind, data_set in _sets(path) if kind == FUNCTIONS
+        KINDS.get(data_set["func_type"], "function") for kind, data_set in _sets(path) if kind == DataSet.FUNCTION
     )
-    kinds = sorted(set(_reader(path).get_set_types()) - {FUNCTIONS})
+    kinds = sorted(set(_reader(path).get_set_types()) - {DataSet.FUNCTION})
     functions = [f"{n} {name}{'s' if n > 1 else ''}" for name, n in counts.items()]
     return ", ".join([*functions, *([f"data sets {', '.join(str(int(x)) for x in kinds)}"] if kinds else [])])
 
@@ -128,7 +135,7 @@ def _sets(path: Path) -> list[tuple[int, Mapping[str, Any]]]:
         try:
             reader = _reader(path)
             for k, kind in enumerate(map(int, reader.get_set_types())):
-                if kind in (FUNCTIONS, NODES, UNITS):
+                if kind in [*DataSet]:
                     sets.append((kind, _with_labels(reader.read_sets(k), content)))
         except Exception:  # of any kind: pyuff assumes complete files
             what = f"data set {len(sets) + 1} cannot be read: is not a universal file, or damaged"
@@ -164,7 +171,7 @@ def _name(data_set: Mapping[str, Any], source: str, place: str) -> tuple[str, fl
 
 def _numbers(data_set: Mapping[str, Any], source: str, place: str) -> tuple[Array, Array]:
     """Return frequencies in Hz and ordinates, as many as the head announces."""
-    if data_set["abscissa_spec_data_type"] not in (0, GENERAL, FREQUENCY):
+    if data_set["abscissa_spec_data_type"] not in OVER_FREQUENCY:
         raise InputError(source, place, "is not over frequency")
     unit = _label(data_set, "abscissa")
     try:

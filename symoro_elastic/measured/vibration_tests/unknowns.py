@@ -67,11 +67,11 @@ def gain_label(motor: str, gain: str) -> str:
 
 def sought_of(
     machine: Machine,
-    tests: Sequence[VibrationTest],
     seek: Sequence[str],
     factor: float,
     mass_doubt: float,
-    other: OtherData | None = None,
+    other: OtherData | None,
+    tests: Sequence[VibrationTest],
 ) -> Sought:
     """Return what is sought: every stiffness, damping and viscous friction unless parameters are named in `seek`.
 
@@ -103,7 +103,7 @@ def sought_of(
     ]
     if started:
         notes = [f"springs without damping start at {FIRST_DAMPING:.0%} of critical: {', '.join(sorted(started))}"]
-    return Sought(machine, (*unknowns, *_unknown_gains(motion, tests, seek)), tuple(notes))
+    return Sought(machine, (*unknowns, *_unknown_gains(motion, tests)), tuple(notes))
 
 
 def _refuse_unknown(
@@ -164,12 +164,9 @@ def _with_damping(machine: Machine, test: VibrationTest, seek: Sequence[str]) ->
     for name in bare:
         mode = int(np.argmax(np.where(omega > 0, shares.by_name[name], -1.0)))
         first[name] = float(f"{2 * FIRST_DAMPING * stiffness[name] / omega[mode]:.4g}")
-    joints = tuple(
-        replace(joint, spring=replace(joint.spring, damping=Formula.parse(first[joint.name])))
-        if joint.name in first
-        else joint
-        for joint in machine.joints
-    )
+    bare_springs = {joint.name: joint.spring for joint in machine.joints if joint.name in first}
+    springs = {k: replace(spring, damping=Formula.parse(first[k])) for k, spring in bare_springs.items()}
+    joints = tuple(replace(joint, spring=springs.get(joint.name, joint.spring)) for joint in machine.joints)
     return replace(machine, joints=joints), [f"{name}.damping = {x:g}" for name, x in first.items()]
 
 
@@ -178,14 +175,9 @@ def held_in(test: VibrationTest, motors: Sequence[str]) -> list[str]:
     return list(motors) if "all" in test.hold else list(test.hold)
 
 
-def unknown_gains(tests: Sequence[VibrationTest]) -> list[str]:
-    """Return the motors whose gains are unknown in some test."""
-    return list(dict.fromkeys(name for test in tests for name, gains in test.pd.items() if gains is None))
-
-
-def _unknown_gains(motion: EquationsOfMotion, tests: Sequence[VibrationTest], seek: Sequence[str]) -> list[Unknown]:
+def _unknown_gains(motion: EquationsOfMotion, tests: Sequence[VibrationTest]) -> list[Unknown]:
     """Return the gains that tests do not give, from a servo that is well damped."""
-    motors = unknown_gains(tests)
+    motors = list(dict.fromkeys(name for test in tests for name, gains in test.pd.items() if gains is None))
     if not motors:
         return []
     state = equilibrium(motion, tests[0].at)

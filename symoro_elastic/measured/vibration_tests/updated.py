@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-import numpy as np
-
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.results import Result
@@ -20,7 +18,7 @@ from symoro_elastic.measured.fitting.estimates import (
     estimates_of_logarithms,
     undetermined_directions,
 )
-from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
+from symoro_elastic.measured.fitting.evidence import OtherData
 from symoro_elastic.measured.vibration_tests import diagnostics
 from symoro_elastic.measured.vibration_tests.corrections import (
     MUCH_NEARER,
@@ -36,6 +34,10 @@ from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
 from symoro_elastic.measured.vibration_tests.unknowns import Sought, sought_of
 
 DIGITS = 6  # of values that are saved
+CONTRADICTION = (
+    "the log and the tests contradict each other by more than chance: check positions, held motors, centers of mass "
+    "and the torque constant (--gain); fit each alone (identify, update) and compare"
+)
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,7 @@ class Updated(Result):
     @cached_property
     def estimates(self) -> tuple[Estimate, ...]:
         """Estimates of all unknowns, with verdicts."""
-        std = np.sqrt(np.diag(self.fit.covariance))
-        return estimates_of_logarithms(self.sought.unknowns, self.fit.x, std, self.settings.factor)
+        return estimates_of_logarithms(self.sought.unknowns, self.fit.x, self.fit.std, self.settings.factor)
 
     @cached_property
     def undetermined(self) -> tuple[str, ...]:
@@ -185,17 +186,13 @@ def update(
         For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
     """
     fitted = _those_fitted(machine, tests)
-    if not (math.isfinite(settings.factor) and settings.factor > 1):
-        raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
     step("start")
 
-    def by(tests: Sequence[VibrationTest]) -> Sought:
-        return sought_of(machine, tests, settings.seek, settings.factor, settings.mass_doubt, other)
-
+    by = partial(sought_of, machine, settings.seek, settings.factor, settings.mass_doubt, other)
     sought = by(fitted)
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
-    _refuse_zero(machine, fitted, lines, zero)
+    _refuse_zero(machine, fitted, lines)
     step("fit")
     evidence = other.evidence(sought.labels) if other else None
     estimator = Estimator(predictions, lines, settings.robust, evidence)
@@ -209,8 +206,10 @@ def update(
         diagnostics.refuse_opposite(fitted, fit.lines, after)
     lines_about = [
         *notes, *sought.notes, *_doubts(listed, zero, fit, after), *of_modes, *predictions.doubts_at(fit.x),
-        *diagnostics.of_windows(listed, fit, sought.labels), *_of_other_data(evidence, fit),
+        *diagnostics.of_windows(listed, fit, sought.labels),
     ]  # fmt: skip
+    if evidence and evidence.contradicts(fit.x):
+        lines_about.append(CONTRADICTION)
     return Updated(machine, sought, fitted, _unseen(tests, listed, fitted), settings, fit, tuple(lines_about))
 
 
@@ -222,11 +221,9 @@ def _unseen(
     return tuple(replace(test, window=windows.get(test.window, test.window)) for test in tests if test.validate)
 
 
-def _refuse_zero(
-    machine: Machine, tests: Sequence[VibrationTest], lines: Sequence[Lines], zero: Sequence[tuple[int, int]]
-) -> None:
-    """Raise `InputError` where all responses are zero in the model, and no modes are given."""
-    if zero and not lines and not any(test.modes for test in tests):
+def _refuse_zero(machine: Machine, tests: Sequence[VibrationTest], lines: Sequence[Lines]) -> None:
+    """Raise `InputError` where no response is left, because all are zero in the model, and no modes are given."""
+    if not lines and not any(test.modes for test in tests):
         pairs = ", ".join(response.pair for test in tests for response in test.responses)
         what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
         raise InputError(machine.label, "tests", what)
@@ -252,14 +249,6 @@ def _doubts(
         *diagnostics.of_spikes(tests, fit), *diagnostics.of_delays(tests, fit), *diagnostics.of_gains(tests, fit),
         *diagnostics.of_neighbours(fit),
     ]  # fmt: skip
-
-
-def _of_other_data(evidence: Evidence | None, fit: Fit) -> list[str]:
-    """Return a line where other data contradict the fit."""
-    if evidence is None or not evidence.contradicts(fit.x):
-        return []
-    what = "the log and the tests contradict each other by more than chance: check positions, held motors, centers of "
-    return [f"{what}mass and the torque constant (--gain); fit each alone (identify, update) and compare"]
 
 
 def _checked_fit(estimator: Estimator, look: Callable[..., None]) -> Fit:

@@ -153,6 +153,6 @@ def test_load_friction_is_exact_without_noise(known: tuple[str, ...]) -> None:
 
 @pytest.mark.thorough
 def test_load_friction_that_does_not_settle_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symoro_elastic.measured.logs.identify.ROUNDS", 1)
+    monkeypatch.setattr("symoro_elastic.measured.logs.friction_laws.ROUNDS", 1)
     found = se.identify(three_axis().machine, record(1, load=0.08), load_friction=["all"])
     assert any("load friction: not settled after 1 steps" in note for note in found.found.notes)

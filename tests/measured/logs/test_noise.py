@@ -12,7 +12,7 @@ pytest.importorskip("scipy")
 
 from symoro_elastic.measured.logs.estimation import solve
 from symoro_elastic.measured.logs.filtering import Filter, average, shared_noise
-from symoro_elastic.measured.logs.noise import Averages, Noise, RowNoise, alike, doubt_of_variance, of_records
+from symoro_elastic.measured.logs.noise import Averages, Noise, RowNoise, alike, spectral_density, student_factors
 from tests.benchmarks.identification import deviations
 
 Array, BoolArray = NDArray[np.float64], NDArray[np.bool_]
@@ -79,7 +79,7 @@ def test_standard_deviations_where_rows_miss_samples() -> None:
     found = solve(Y, rng.standard_normal((len(R), 1)), RowNoise(correlation=correlation))
     W = Y[:, 0] / found.sigma[0]
     A = np.linalg.inv(W.T @ W)
-    wanted = A @ W.T @ R @ W @ A * doubt_of_variance(Y, correlation)[0] ** 2
+    wanted = A @ W.T @ R @ W @ A * student_factors(Y, correlation)[0] ** 2
     np.testing.assert_allclose(found.covariance, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
     whole = solve(Y, found.residuals, RowNoise(correlation=alike(CHOSEN.correlation, len(R), 1)))
     assert not np.allclose(np.diag(whole.covariance), np.diag(wanted), rtol=0.02)
@@ -104,16 +104,16 @@ def test_few_rows_leave_the_variance_of_noise_in_doubt() -> None:
     Y, none = rng.standard_normal((8, 1, 2)), alike((1.0,), 8, 1)
     found = [solve(Y, rng.standard_normal((8, 1)), rounds=1) for _ in range(500)]
     squares = np.array([x.X[0] ** 2 / x.covariance[0, 0] for x in found])
-    assert doubt_of_variance(Y, none)[0] ** 2 == pytest.approx(1.5)
+    assert student_factors(Y, none)[0] ** 2 == pytest.approx(1.5)
     assert squares.mean() == pytest.approx(1.0, abs=0.3)
 
 
-def test_spectral_density_of_records() -> None:
+def test_spectral_density_spectral_density() -> None:
     """Estimated from records of two joints that are alike: their correlation, and its sign."""
     rng = np.random.default_rng(1)
     common = average(rng.standard_normal((99 + 33 * 4000, 1)), CHOSEN)
     rows = len(common)
-    found = of_records([np.hstack([common, -2 * common])], np.array([rows, rows]))
+    found = spectral_density([np.hstack([common, -2 * common])], np.array([rows, rows]))
     assert Noise(found, rows).correlations(4)[:, 0] / common.var() == pytest.approx(
         [*CHOSEN.correlation, *[0.0] * (4 - len(CHOSEN.correlation))], abs=0.06
     )

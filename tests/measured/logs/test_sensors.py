@@ -28,7 +28,7 @@ from symoro_elastic.measured.logs.identified import Identified
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.noise import RowNoise
 from symoro_elastic.measured.logs.result import Identification
-from symoro_elastic.measured.logs.sensors import Sensors, of_sensors
+from symoro_elastic.measured.logs.sensors import Sensors, notes_on_sensors
 from symoro_elastic.measured.logs.validation import validation_of
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.sensors import Sensing, coverage, three_axis
@@ -187,12 +187,12 @@ def test_an_offset_that_gravity_hides_widens_standard_deviations() -> None:
         assert abs(of_machine(found)).max() < 4
         words = ("torque offsets of lift", "offset of the torque of lift", "of lift has an off")
         said = [line for line in found.notes if any(what in line for what in words)]
-        assert len(said) == 1 and ("from gravity by this motion" in said[0]) == (1 in found.sensors.untold)
+        assert len(said) == 1 and ("from gravity by this motion" in said[0]) == (1 in found.sensors.undetermined)
 
 
 def test_an_offset_that_gravity_hides_is_named(arm: Machine) -> None:
     found = identify(arm, record(arm, seconds=10))
-    said = of_sensors(found.estimation, Sensors((0,), untold={1: 0.25}), arm)
+    said = notes_on_sensors(found.estimation, Sensors((0,), undetermined={1: 0.25}), arm)
     assert [line for line in said if "include 0.25 N m" in line and "--offsets never" in line]
 
 

@@ -109,3 +109,11 @@ def test_too_many_to_be_spikes() -> None:
     np.testing.assert_array_equal(kept.tau, x)
     assert len(kept.warnings) == 1 and "torque of wrist: 714 of 5000 samples" in kept.warnings[0]
     assert "too many to be taken out" in kept.warnings[0]
+
+
+def test_noise_that_is_larger_for_a_while_is_no_spike() -> None:
+    """Eight times larger at 15 % of the samples, as where a machine chatters: of 100 000 none is taken out."""
+    for seed in range(20):
+        noise = np.random.default_rng(seed).standard_normal(5000)
+        noise[np.arange(5000) % 1000 < 150] *= 8
+        assert not spikes_of(noise, np.zeros(5000))[1].any()

@@ -15,11 +15,10 @@ from symoro_elastic.measured.vibration_tests.measured import VibrationTest
 from symoro_elastic.measured.vibration_tests.predictions import Predictions
 from symoro_elastic.measured.vibration_tests.reading import read_tests
 from symoro_elastic.measured.vibration_tests.unknowns import sought_of
-from tests.benchmarks.updating import CASES, labels_of, measured_response
-from tests.references.vibrating_tables import VibratingTables, with_labels
+from tests.benchmarks.updating import CASES, SCREW_DRIVE, driven_responses, labels_of, measured_response
+from tests.references.vibrating_tables import with_labels
 
-DRIVE = {"Kv": 40.0, "Kp": 3.0, "Tn": 0.01, "current": {"lag": 2e-4}, "dead_time": 1e-4, "measured": "table.x"}
-TABLES: dict[str, Any] = dict(CASES["ball_screw"].tables) | {"drives": {"motor": DRIVE}}
+TABLES = dict(CASES["ball_screw under its drive"].tables)
 OUTS, INS = ("table.ax", "nut.ax", "motor.qdd"), ("table.fx", "motor.tau")
 PAIRS = [(out, source) for out in OUTS for source in INS]
 F = np.geomspace(15, 1500, 60)
@@ -27,18 +26,8 @@ F = np.geomspace(15, 1500, 60)
 
 @cache
 def exact() -> Any:
-    """G (f, pairs) of the ball screw under its drive: Z of another program, and the cascade written out here."""
-    program, s = VibratingTables(TABLES), 2j * np.pi * F
-    q, M, D, K = program.small_motions({})
-    v, p = program.rates(q, "motor"), program._row(q, "table.x")
-    p = p / (p @ v / (v @ v))
-    C = DRIVE["Kp"] * (1 + 1 / (DRIVE["Tn"] * s)) * np.exp(-1e-4 * s) / (1 + 2e-4 * s)
-    each = ((s * s, M), (s, D), (s**0, K), (C * DRIVE["Kv"], np.outer(v, p)), (C * s, np.outer(v, v)))
-    Z = sum(factor[:, None, None] * matrix for factor, matrix in each)
-    forces = np.stack([program._row(q, source) for source in INS], axis=1)
-    moved = np.linalg.solve(Z, np.broadcast_to(forces.astype(complex), (len(F), *forces.shape)))
-    rows = np.stack([program._row(q, out) for out in OUTS])
-    return ((s * s)[:, None, None] * (rows @ moved)).reshape(len(F), len(PAIRS))
+    """G (f, pairs) of the ball screw under its drive."""
+    return driven_responses(TABLES, {}, PAIRS, F)
 
 
 def under_drives(seed: int) -> VibrationTest:
@@ -51,7 +40,7 @@ def under_drives(seed: int) -> VibrationTest:
 def test_responses_are_those_of_another_program_and_slopes_those_of_differences() -> None:
     """Differences of fourth order at 5e-5: 2e-9 of the largest slope of a response."""
     test = under_drives(0)
-    sought = sought_of(se.read(TABLES), [test], (), 2.0, 0.0)
+    sought = sought_of(se.read(TABLES), (), 2.0, 0.0, None, [test])
     asked, x = Predictions(sought, [test]), sought.start
     (found,) = asked.at(x)
     G = np.stack([one.G for one in found.responses], axis=1)
@@ -108,4 +97,4 @@ def test_wrong_drives_are_named(entry: str, said: str, tmp_path: Path) -> None:
 )
 def test_drives_without_numbers_are_refused(drive: dict[str, Any], said: str) -> None:
     with pytest.raises(se.InputError, match=said):
-        se.update(TABLES | {"drives": {"motor": DRIVE | drive}}, [under_drives(0)])
+        se.update(TABLES | {"drives": {"motor": SCREW_DRIVE | drive}}, [under_drives(0)])

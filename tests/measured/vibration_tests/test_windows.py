@@ -11,9 +11,14 @@ import scipy.integrate
 import scipy.signal
 
 import symoro_elastic as se
-from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.measured.vibration_tests.measured import (
+    MeasuredResponse,
+    VibrationTest,
+    Window,
+    WindowKind,
+    windowed_lines,
+)
 from symoro_elastic.measured.vibration_tests.reading import read_tests
-from symoro_elastic.measured.vibration_tests.windows import Window, WindowKind, behind
 
 MASSES, SPRINGS = (40.0, 15.0), {"bed": (4e6, 700.0), "table": (3e6, 500.0)}
 TABLES: dict[str, Any] = {
@@ -71,11 +76,11 @@ def test_hann_is_the_product_of_the_impulse_response_and_its_correlation(shift: 
     g = np.interp(t, np.linspace(0, T, 4001), v) * np.sum(np.exp(np.outer(lam, t)), axis=0).real
     f = np.arange(10, 41) / T * (1 + shift * np.sin(np.arange(31)) / 40)
     reference = np.array([scipy.integrate.trapezoid(g * np.exp(-2j * np.pi * x * t), t) for x in f])
-    of = behind(Window(WindowKind.HANN, T), f)
+    of = windowed_lines(Window(WindowKind.HANN, T), f)
     assert of is not None
     s = 2j * np.pi * of.f
     G = np.sum([0.5 / (s - x) + 0.5 / (s - x.conjugate()) for x in lam], axis=0)
-    assert np.abs(of.seen(G) - reference).max() < 3e-4 * np.abs(reference).max()
+    assert np.abs(of.weighted_sum(G) - reference).max() < 3e-4 * np.abs(reference).max()
     assert len(of.f) == (2 * 30 + 17 if shift == 0 else 31 * 17)
 
 
