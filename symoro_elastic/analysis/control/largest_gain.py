@@ -80,7 +80,8 @@ def largest_gain(
     above = None
     for lower, upper in [*between, *([top] if np.isnan(high[-1]) else [])]:
         if upper > (1 + LEAST) * lower:
-            if is_stable(_inside(lower, upper)):
+            inside = float(np.sqrt(lower * upper)) or upper / 2
+            if is_stable(inside if upper < np.inf else 2 * lower or 1.0):
                 above = lower
             elif above is not None:
                 break
@@ -89,13 +90,6 @@ def largest_gain(
     if above == top[0]:
         return LargestGain(np.inf, np.nan)
     return _least_lower_end(terms, frequencies, low, modulus, above)
-
-
-def _inside(lower: float, upper: float) -> float:
-    """Return a gain inside a gap."""
-    if upper == np.inf:
-        return 2 * lower or 1.0
-    return float(np.sqrt(lower * upper)) or upper / 2
 
 
 def _least_lower_end(
@@ -109,7 +103,8 @@ def _least_lower_end(
         ends, _ = forbidden(*terms(f), modulus)
         return np.where(ends > above, ends, FAR)
 
-    dips = [k for k in range(len(low)) if np.isfinite(candidates[k]) and candidates[k] <= _beside(candidates, k)]
+    ends = np.concatenate([candidates[:1], candidates, candidates[-1:]])
+    dips = np.flatnonzero(np.isfinite(candidates) & (candidates <= np.minimum(ends[:-2], ends[2:]))).tolist()
     for k in sorted(dips, key=lambda k: float(candidates[k]))[:3]:
         value, frequency = refined_minimum(lower_ends, frequencies, k)
         if value < best.gain:
@@ -154,8 +149,3 @@ def _lowest_of_polynomial(x: Array, values: Array) -> float:
             break
         place = float(np.clip(place - slope(place) / bend(place), x[0], x[4]))
     return float(place)
-
-
-def _beside(values: Array, k: int) -> float:
-    """Return the smaller neighbour of a value."""
-    return float(min(values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]))

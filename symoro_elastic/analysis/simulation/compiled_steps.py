@@ -57,6 +57,11 @@ class Trajectory(Motion):
     seconds: float
     numbers: AnyArray | None = None
 
+    @property
+    def recorded(self) -> AnyArray:
+        """Numbers of the recorded steps."""
+        return np.round(self.t / self.step).astype(np.int64) if self.numbers is None else self.numbers
+
 
 class CompiledSteps:
     """Steps of some methods for the motors of a reference, under servos or prescribed.
@@ -139,11 +144,9 @@ class CompiledSteps:
         values = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
         values |= {"tau": tau, "load": np.zeros((len(motion.t), len(self.machine.loaded)))}
         torques = self._results(reference, closed_dynamics.NAME, motion.with_blocks(**values))["tau_m"]
-        blocks, friction = (
-            {name: x for name, x in motion.blocks.items() if name != "z"},
-            len(reference.machine.bristles),
-        )
-        return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": torques})
+        friction = len(reference.machine.bristles)
+        blocks = {**motion.blocks, "z": motion.z[:, :friction], "tau": torques}
+        return replace(motion, blocks={name: x for name, x in blocks.items() if friction or name != "z"})
 
     def with_loads(self, reference: Reference, motion: Motion) -> Motion:
         """Return the states with the torques through joints with load-dependent friction."""
@@ -166,9 +169,9 @@ class CompiledSteps:
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         arrays = [np.ascontiguousarray(array) for array in read]
-        pointers = (array.ctypes.data for array in arrays)
         p = None if self.p is None else self.p.ctypes.data
-        self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
+        into = (array.ctypes.data for array in written)
+        self._entries[run.name](count, *(array.ctypes.data for array in arrays), h, p, *into)
 
 
 def ways_of(reference: Reference) -> Motors:

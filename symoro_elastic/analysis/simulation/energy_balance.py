@@ -47,7 +47,8 @@ def energy_balance(reference: Reference, motion: Motion) -> EnergyBalance:
     (energy,) = motion.results(numpy_model(machine, ("energy",)).energy)
     total = energy.sum(axis=1)
     simpson = for_vibrations("scipy.integrate").simpson
-    lossless = _without_losses(machine)
+    undamped = (replace(j, spring=replace(j.spring, damping=ZERO), friction=Friction()) for j in machine.joints)
+    lossless = replace(machine, joints=tuple(undamped))
     put_in = float(simpson(_power(reference, motion), x=motion.t))
     dissipated = 0.0 - float(simpson(_power_of(machine, lossless, motion), x=motion.t))
     moving = energy[:, 0] + energy[:, 2]
@@ -58,17 +59,9 @@ def _power(reference: Reference, motion: Motion) -> Array:
     """Return the power (N,) of motors and forces, W."""
     machine = reference.machine
     _, rates = reference.of_motors(motion)
-    power: Array = (motion.tau * rates).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
-    power = power + _power_of(reference.loaded, unloaded, motion) + (motion.f0 * motion.V0).sum(axis=1)
-    return power
-
-
-def _without_losses(machine: Machine) -> Machine:
-    """Return the machine without dampers and friction."""
-    undamped = (replace(joint.spring, damping=ZERO) for joint in machine.joints)
-    pairs = zip(machine.joints, undamped, strict=True)
-    return replace(machine, joints=tuple(replace(j, spring=spring, friction=Friction()) for j, spring in pairs))
+    of_forces = _power_of(reference.loaded, unloaded, motion) + (motion.f0 * motion.V0).sum(axis=1)
+    return np.asarray((motion.tau * rates).sum(axis=1) + of_forces)
 
 
 def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:

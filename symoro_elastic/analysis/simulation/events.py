@@ -70,12 +70,8 @@ class Watch:
         for at, above in zip(t.tolist(), level.above(states, t).tolist(), strict=True):
             since, before = self._last.get(level, (at, above))
             if before * above < 0:
-                yield Crossing(level.signal, level.level, _root(level, states, since, at), above > 0)
+                search = for_vibrations("scipy.optimize").brentq
+                t_crossing = search(lambda t: float(level.above(states, np.array([t]))[0]), since, at, xtol=1e-15)
+                yield Crossing(level.signal, level.level, float(t_crossing), above > 0)
             if above:
                 self._last[level] = at, above
-
-
-def _root(level: Level, states: States, begins: float, ends: float) -> float:
-    """Return the time at which a signal reaches its level, between two times on either side."""
-    search = for_vibrations("scipy.optimize").brentq
-    return float(search(lambda t: float(level.above(states, np.array([t]))[0]), begins, ends, xtol=1e-15))

@@ -42,11 +42,9 @@ def follow(reference: Reference, request: Request) -> Simulation:
     trajectory = Trajectory(blocks, t, EXACT, reference.duration / steps, steps, 0.0)
     motion = observer.motion(trajectory)
     outputs = observer.outputs(motion)
-    none = dict.fromkeys(names, 0.0)
-    tolerance = dict(request.tolerance or {})
     return Simulation(
-        reference, trajectory, motion, names, outputs, np.zeros_like(outputs), none, tolerance, {}, 0,
-        energy_balance(reference, motion), None, math.inf,
+        reference, trajectory, motion, names, outputs, np.zeros_like(outputs), dict.fromkeys(names, 0.0),
+        dict(request.tolerance or {}), {}, 0, energy_balance(reference, motion), None, math.inf,
     )  # fmt: skip
 
 

@@ -36,12 +36,9 @@ def under_loads(
             return results | {"load": load}
         loads = [*loads[-2:], load]
         if number % 3 == 2 and number < EXTRAPOLATED:
-            loads = [_limit_of(*loads)]
+            x, y, z = loads
+            bend = z - 2 * y + x  # Aitken's rule: the limit of geometric convergence
+            is_bent = np.abs(bend) > 1e-9 * np.abs(z - y)
+            loads = [z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=is_bent)]
     names = ", ".join(machine.joint(j).name for j in machine.loaded)
     raise machine.error(f"friction, {names}, load", "the torque through the joint does not settle: lower load")
-
-
-def _limit_of(x: Array, y: Array, z: Array) -> Array:
-    """Return the limit of three successive iterates by Aitken's rule: exact for geometric convergence."""
-    bend = z - 2 * y + x
-    return z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=np.abs(bend) > 1e-9 * np.abs(z - y))

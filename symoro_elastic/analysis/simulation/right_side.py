@@ -237,13 +237,8 @@ class CompiledMotionOnBase(CompiledMotion):
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y."""
-        f = len(self.free)
-        own = y[:, :f], y[:, f + 7 : 2 * f + 7]
-        if f == len(self.reference.start.q):
-            return own
-        q, qd, _ = self.reference.states(t)
-        q[:, self.free], qd[:, self.free] = own
-        return q, qd
+        P0_and_Q0 = np.arange(len(self.free), len(self.free) + 7)
+        return super().states_of_joints(t, np.delete(y, P0_and_Q0, axis=1))
 
     def base(self, y: Array) -> dict[str, Array]:
         """Return the blocks of the base at y, and the wrench on it."""

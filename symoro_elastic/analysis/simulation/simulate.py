@@ -46,7 +46,7 @@ from symoro_elastic.codegen.integration.tableaus import (
     Tableau,
     share_of_halving,
 )
-from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
+from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
@@ -67,7 +67,7 @@ from symoro_elastic.models.steps.time_steps import (
     refuse_machines,
 )
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.symbolic.program import OperationCount, Program
+from symoro_elastic.symbolic.program import Program
 
 DIVISION, SINE = 5, 15
 """Products that cost about as much as a division, and as a sine and a cosine."""
@@ -107,7 +107,15 @@ class Simulating:
         """Prepare a motion; `linear` is the linear model of a machine with more springs, and their entries of q."""
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
-        self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
+        self._steps: dict[str, tuple[int, Mapping[str, float]]] = {}
+        self.names = request.outputs or tuple(request.tolerance or ()) or self._free_joints
+
+    @property
+    def _free_joints(self) -> tuple[str, ...]:
+        """The pose of a freely moving base, and the positions of joints that are not prescribed."""
+        exact = () if self.reference.servo else self.reference.motors
+        joints = (f"{joint.name}.q" for joint in self.machine.independent_joints if joint.name not in exact)
+        return (*COORDINATES[: self.machine.degrees_of_base], *joints)
 
     @cached_property
     def observer(self) -> Observer:
@@ -177,10 +185,6 @@ class Simulating:
         if method.name not in self._steps:
             self._steps[method.name] = enough_steps(self, method, self.tolerance)
         return self._steps[method.name]
-
-    @cached_property
-    def _steps(self) -> dict[str, tuple[int, Mapping[str, float]]]:
-        return {}
 
     def stable_steps(self, method: Method) -> int:
         """Return the fewest stable steps of an explicit method."""
@@ -424,17 +428,10 @@ def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tu
     They are compared where both were kept: of many steps only some are.
     """
     (run, rough), (halved, smooth) = coarse, fine
-    _, here, there = np.intersect1d(_numbers(run) * 2, _numbers(halved), return_indices=True)
+    _, here, there = np.intersect1d(run.recorded * 2, halved.recorded, return_indices=True)
     with np.errstate(invalid="ignore"):
         apart = np.abs(smooth[there] - rough[here]).max(axis=0)
     return np.asarray(np.where(np.isfinite(apart), share_of_halving(method) * apart, np.inf))
-
-
-def _numbers(run: Trajectory) -> AnyArray:
-    """Return the numbers of the recorded steps."""
-    if run.numbers is not None:
-        return run.numbers
-    return np.round(run.t / run.step).astype(np.int64)
 
 
 def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
@@ -444,19 +441,6 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
         first = trajectory.t[int(np.argmin(finite))]
         shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"
         raise simulating.error("--step", f"the motion leaves the valid range at {first:.4g} s {shorter}")
-
-
-def _free_joints(reference: Reference) -> tuple[str, ...]:
-    """Return the pose of a freely moving base, and the positions of joints that are not prescribed."""
-    exact = () if reference.servo else reference.motors
-    joints = tuple(f"{joint.name}.q" for joint in reference.machine.independent_joints if joint.name not in exact)
-    return (*COORDINATES[: reference.machine.degrees_of_base], *joints)
-
-
-# Operations of a time step, counted in the programs that it calls.
-def cost_in_products(count: OperationCount) -> int:
-    """Return the operations of a program as equivalent multiplications."""
-    return count.mul + count.add + DIVISION * count.div + SINE * count.sincos
 
 
 class StepCost:
@@ -471,7 +455,8 @@ class StepCost:
         """Return the weighted operations of a step: its right-hand sides, systems and sums."""
         n = len(self.machine.independent) + self.machine.degrees_of_base
         entries = 2 * n + len(state_names(self.machine, self.motors is Motors.DRIVES))
-        count = sum(times * cost_in_products(program.count) for times, program in self.programs(method))
+        counts = [(times, program.count) for times, program in self.programs(method)]
+        count = sum(times * (x.mul + x.add + DIVISION * x.div + SINE * x.sincos) for times, x in counts)
         count += 2 * entries * _sums(method)
         return count + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else count
 
@@ -482,7 +467,7 @@ class StepCost:
         if self.machine.loaded:
             yield rates, self._of_loads
         if self.motors is Motors.DRIVES:
-            yield rates, self._of_drives
+            yield rates, self._of_motors
             yield from zip((stages + 1, stages), self._of_base, strict=False)
             yield from () if isinstance(method, Tableau) else zip((1, stages), self._system, strict=True)
             return
@@ -500,13 +485,10 @@ class StepCost:
         return passed_torques(self.machine, self._folded).program
 
     @cached_property
-    def _of_drives(self) -> Program:
-        return closed_dynamics(self.machine, self._folded).program
-
-    @cached_property
     def _of_motors(self) -> Program:
-        """Positions and velocities of motors on dependent joints, under servos."""
-        return motor_coordinates(self.machine, self._folded).program
+        """Closed loops of drives, or positions and velocities of motors on dependent joints, under servos."""
+        models = closed_dynamics if self.motors is Motors.DRIVES else motor_coordinates
+        return models(self.machine, self._folded).program
 
     @cached_property
     def _of_base(self) -> list[Program]:

@@ -193,14 +193,7 @@ def meets_jump(y: Interval, x: Interval) -> Any:
     return (x.low <= 0) & (y.low <= 0) & (y.high >= 0)
 
 
-def _cospi(x: Interval) -> Interval:
-    return _cos(x * _pi())
-
-
-def _pi() -> Interval:
-    return outwards(np.array(math.pi), np.array(math.pi))
-
-
+_PI = outwards(np.array(math.pi), np.array(math.pi))
 _FUNCTIONS: dict[str, Callable[..., Interval]] = {
     SIN: _sin,
     COS: _cos,
@@ -209,8 +202,8 @@ _FUNCTIONS: dict[str, Callable[..., Interval]] = {
     MINIMUM: _minimum,
     MAXIMUM: lambda x, y: -_minimum(-x, -y),
     ATAN2: _atan2,
-    COSPI: _cospi,
-    PI: _pi,
+    COSPI: lambda x: _cos(x * _PI),
+    PI: lambda: _PI,
 }
 
 INTERVALS: Arithmetic[Interval] = Arithmetic(interval, Library(_FUNCTIONS.__getitem__))

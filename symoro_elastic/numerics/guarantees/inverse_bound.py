@@ -26,11 +26,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import Interval
-
-SLACK = 1e-6
-"""Relative margin of y, against the rounding of its inequality."""
-ROUNDING = 1e-12
-"""Bound of the relative rounding of sums."""
+from symoro_elastic.numerics.guarantees.inverse_on_cells import ROUNDING, SLACK, near_inverses, verified_bounds
 
 
 def largest_solutions(A: Interval, e: Array) -> Array:
@@ -38,9 +34,14 @@ def largest_solutions(A: Interval, e: Array) -> Array:
 
     `A` (n, n, sub-boxes) holds the matrix, `e` (n,) the bounds of the right side.
     """
-    count = A.low.shape[-1]
-    bounds = [_largest(A.low[..., k], A.high[..., k], e) for k in range(count)]
-    return np.array(bounds).T.reshape(len(e), count)
+    low, high = (np.moveaxis(end, -1, 0) for end in A)
+    with np.errstate(all="ignore"):
+        middle = low / 2 + high / 2
+        radius = np.maximum(high - middle, middle - low) * (1 + ROUNDING)
+        diagonal = np.einsum("bii->bi", middle)
+        by_diagonal = np.where(diagonal > 0, 1 / diagonal, np.inf)[..., None] * np.eye(len(e))
+        bounds = [_by(C, middle, radius, e) for C in (by_diagonal, near_inverses(middle))]
+    return np.asarray(np.minimum(*bounds).T)
 
 
 def widened(A: Interval, by: Array) -> Interval:
@@ -62,39 +63,11 @@ def allowed_right_sides(A: Interval, most: Array) -> Array:
     return right_sides
 
 
-def _largest(low: Array, high: Array, e: Array) -> Array:
-    """The smaller bound with C from the diagonal and with C from the inverse of the middle."""
-    best = np.full(len(e), np.inf)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        return best
-    middle = low / 2 + high / 2
-    radius = np.maximum(high - middle, middle - low) * (1 + ROUNDING)
-    for C in _near_inverses(middle):
-        best = np.minimum(best, _by(C, middle, radius, e))
-    return best
-
-
-def _near_inverses(middle: Array) -> list[Array]:
-    diagonal = np.diag(middle)
-    inverses = [np.diag(1 / diagonal)] if (diagonal > 0).all() else []
-    try:
-        return [*inverses, np.array(np.linalg.inv(middle), dtype=float)]
-    except np.linalg.LinAlgError:
-        return inverses
-
-
 def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
-    """y with y - G y >= |C| e, infinite where none is found."""
-    size, unproven = len(e), np.full(len(e), np.inf)
+    """y (sub-boxes, n) with y - G y >= |C| e, infinite where none is found."""
     magnitude = np.abs(C)
-    G = (np.abs(np.eye(size) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
+    G = (np.abs(np.eye(len(e)) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
     G += ROUNDING * magnitude @ np.abs(middle)
-    right = magnitude @ e * (1 + ROUNDING)
-    if not right.any():
-        return np.zeros(size)
-    try:
-        y = np.linalg.solve(np.eye(size) - G, right * (1 + SLACK) + SLACK * right.max())
-    except np.linalg.LinAlgError:
-        return unproven
-    is_proven = np.isfinite(y).all() and (y > 0).all() and (y - G @ y * (1 + ROUNDING) >= right).all()
-    return y if is_proven else unproven
+    if not e.any():
+        return np.where(np.isfinite(G).all(axis=2), 0.0, np.inf)
+    return verified_bounds(C, G, (magnitude @ e * (1 + ROUNDING))[..., None])[..., 0]

@@ -195,7 +195,7 @@ class SystemBounds:
             stack([_error(x, bounds) for x in A]).reshape(shape),
             ranges(system.right),
             stack([_error(x, bounds) for x in system.right]),
-            stack([_range(x, bounds).magnitude if _is_known(x, bounds) else np.array(np.inf) for x in system.x]),
+            stack([_magnitude(x, bounds) for x in system.x]),
         )
 
 
@@ -206,9 +206,10 @@ def _range(x: Operand, bounds: Bounds) -> Interval:
     return bounds.range_of(x)
 
 
-def _is_known(x: Operand, bounds: Bounds) -> bool:
-    """Whether a program computes an entry, as it may omit accelerations that are not requested."""
-    return not isinstance(x, Expression) or x.positive.id in bounds.range
+def _magnitude(x: Operand, bounds: Bounds) -> Array:
+    """The largest magnitude of an entry; infinite where a program omits it, as accelerations not requested."""
+    is_computed = not isinstance(x, Expression) or x.positive.id in bounds.range
+    return _range(x, bounds).magnitude if is_computed else np.array(np.inf)
 
 
 def _error(x: Operand, bounds: Bounds) -> Array:

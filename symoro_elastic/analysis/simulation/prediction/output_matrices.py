@@ -146,14 +146,12 @@ def placement_rows(machine: Machine, frames: Sequence[str], states: Three, defle
     variables = np.zeros((len(q), len(names)))
     variables[:, R], variables[:, E] = q, deflections(q, v, a)
     J = numpy_model(free, ("jacobian",), {"jacobian": tuple(frames)}).jacobian(variables)
-    by_q, by_v, by_a = (
-        np.einsum("tfce,ten->tfcn", J[..., E], x)
-        for x in (
-            slopes(lambda q: deflections(q, v, a), q),
-            slopes(lambda v: deflections(q, v, a), v),
-            slopes(lambda a: deflections(q, v, a), a),
-        )
+    of_springs = (
+        slopes(lambda q: deflections(q, v, a), q),
+        slopes(lambda v: deflections(q, v, a), v),
+        slopes(lambda a: deflections(q, v, a), a),
     )
+    by_q, by_v, by_a = (np.einsum("tfce,ten->tfcn", J[..., E], x) for x in of_springs)
     return J[..., R] + by_q, by_v, by_a
 
 

@@ -187,7 +187,7 @@ class StepErrors:
     def _run(self, method: Method, t: Array) -> Array:
         """Return y (N, 2n) of the method."""
         y = [self._states(t[:1])[0]]
-        rounded = in_floats(method)
+        rounded = replace(method, **{field.name: _floats(getattr(method, field.name)) for field in fields(method)})
         for first in range(0, len(t) - 1, BLOCK):
             y.extend(self._steps(rounded, t[first : first + BLOCK + 1]).after(y[-1]))
         return np.array(y)
@@ -305,12 +305,6 @@ def _extrapolation(method: Method, steps: int, errors: Mapping[str, float], exce
     factor = excess ** (1 / method.order)
     fewer = {name: error / factor**method.order for name, error in errors.items()}
     return StepChoice(int(np.ceil(steps * factor)), fewer, is_tried=False)
-
-
-def in_floats(method: Method) -> Method:
-    """Return a method with its coefficients in double precision."""
-    values = {field.name: getattr(method, field.name) for field in fields(method)}
-    return replace(method, **{name: _floats(value) for name, value in values.items()})
 
 
 def _floats(value: Any) -> Any:
