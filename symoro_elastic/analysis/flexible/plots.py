@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
 from symoro_elastic.analysis.flexible.parts import FlexibleParts
+from symoro_elastic.analysis.flexible.reduction import FlexibleModes
 from symoro_elastic.analysis.flexible.views import LEAST, MOST_ROWS, count_text
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import dots, legend

@@ -21,15 +21,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.analysis.flexible.rails import FITTED, loads_along, rail_of
-from symoro_elastic.formats.modes_file import Interface, ModalBody
+from symoro_elastic.formats.modes_file import Interface, ModalBody, save
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.flexible import Surface
 
 LOOSE = 1e-6
@@ -234,3 +237,29 @@ def _surface(model: FiniteElements, phi: Array) -> Surface | None:
         return None
     nodes, corners = np.unique(model.triangles, return_inverse=True)
     return Surface(model.x[nodes], corners.reshape(-1, 3), phi[:, nodes]).coarse(MOST_TRIANGLES)
+
+
+@dataclass(frozen=True, repr=False)
+class FlexibleModes(Result):
+    """The body of a file of modes, or of a finite-element model that was reduced to one."""
+
+    source: str
+    body: ModalBody
+
+    @property
+    def headline(self) -> str:
+        """Where it comes from, its mass and its first frequency."""
+        about = f" ({self.body.about})" if self.body.about else ""
+        count = f"{self.body.count} mode{'s' * (self.body.count > 1)}"
+        return f"{self.source}{about}: {self.body.rigid[0]:.6g} kg, {count}, the first at {self.first:.5g} Hz"
+
+    @property
+    def first(self) -> float:
+        """The lowest frequency with the joint held, Hz."""
+        return float(self.body.frequencies.min())
+
+    def write(self, file: str | Path, *, force: bool = False) -> Path:
+        """Write the body to a .npz file, which `[flexible]` of a machine names; raises `InputError` if it exists."""
+        with permission(force=force):
+            save(self.body, file)
+        return Path(file)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
 from symoro_elastic.analysis.flexible.parts import FlexibleParts, PartErrors
+from symoro_elastic.analysis.flexible.reduction import FlexibleModes
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of, table_of
 from symoro_elastic.quantities.units import MICRO
 

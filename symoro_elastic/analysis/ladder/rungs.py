@@ -212,8 +212,8 @@ def measured_errors(measurement: Measurement, rung: Rung, precision: Precision =
     steps = steps if method else fine
     (exact, outputs_of_full) = measurement.simulation(WHOLE, k).run(TimeStep.W3, steps * -(-fine // steps))
     (run, outputs_of_rung) = measurement.simulation(rung, k).run(method, steps, precision)
-    places = (np.round(x.t / exact.step).astype(np.int64) for x in (run, exact))  # of the fine steps
-    _, here, there = np.intersect1d(*places, return_indices=True)
+    places, fine_places = (np.round(x.t / exact.step).astype(np.int64) for x in (run, exact))
+    _, here, there = np.intersect1d(places, fine_places, return_indices=True)
     with np.errstate(invalid="ignore"):
         apart = np.abs(outputs_of_rung[here] - outputs_of_full[there]).max(axis=0)
     return dict(zip(prediction.tolerance, np.where(np.isfinite(apart), apart, np.inf).tolist(), strict=True))

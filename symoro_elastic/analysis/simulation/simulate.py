@@ -31,12 +31,18 @@ from symoro_elastic.analysis.simulation.prediction.resolution import (
     refuse_unresolved,
 )
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative
-from symoro_elastic.analysis.simulation.prediction.stability import PLACES, damped_above, largest_stable_step, poles
-from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
-from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.prediction.step_error import (
+    PLACES,
+    StepErrors,
+    damped_above,
+    fewest_steps,
+    largest_stable_step,
+    poles,
+)
+from symoro_elastic.analysis.simulation.reference_motion import SAMPLES, Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
 from symoro_elastic.analysis.simulation.sampled_steps import compiled_steps, is_sampled
-from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.simulated import EXACT, Simulation
 from symoro_elastic.codegen.integration.tableaus import (
     METHODS,
     W3,
@@ -66,6 +72,7 @@ from symoro_elastic.models.steps.time_steps import (
     passed_torques,
     refuse_machines,
 )
+from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.program import Program
 
@@ -517,3 +524,45 @@ def _sums(method: Method) -> int:
     rows = [*(method.A if isinstance(method, Tableau) else method.a)]
     rows += [] if isinstance(method, Tableau) else [*(method.c if isinstance(method, Rosenbrock) else method.g)]
     return sum(1 for row in rows for x in row if x) + _stages(method)
+
+
+def follows_exactly(reference: Reference) -> bool:
+    """Return whether the motion of the motors determines that of all joints."""
+    machine = reference.machine
+    is_whole = bool(machine.motors) and len(machine.motors) == len(machine.independent)
+    return is_whole and reference.servo is None and not reference.base
+
+
+def follow(reference: Reference, request: Request) -> Simulation:
+    """Return an exactly prescribed motion, with torques, outputs and energies; raises `InputError`.
+
+    Its samples are those of --step, else enough to resolve all parts of the motion. Its errors are zero by definition.
+    """
+    if request.method is not None:
+        what = "every joint is a motor that follows exactly, so nothing is integrated: leave it out, or give servos"
+        raise InputError(reference.prescribed.source or reference.machine.label, "--method", what)
+    steps = _sampled_steps(reference, request)
+    names = request.outputs or tuple(request.tolerance or ())
+    names = names or tuple(f"{motor}.{MOTOR_TORQUE}" for motor in reference.motors)
+    t = np.linspace(0.0, reference.duration, steps + 1)
+    observer = Observer(reference.machine, reference, names)
+    blocks = reference.motion(t).blocks
+    trajectory = Trajectory(blocks, t, EXACT, reference.duration / steps, steps, 0.0)
+    motion = observer.motion(trajectory)
+    outputs = observer.outputs(motion)
+    return Simulation(
+        reference, trajectory, motion, names, outputs, np.zeros_like(outputs), dict.fromkeys(names, 0.0),
+        dict(request.tolerance or {}), {}, 0, energy_balance(reference, motion), None, math.inf,
+    )  # fmt: skip
+
+
+def _sampled_steps(reference: Reference, request: Request) -> int:
+    """Return the number of samples minus one."""
+    if request.step is None:
+        refuse_unresolved(reference)
+        return max(SAMPLES - 1, in_detail(reference))
+    simulating = Simulating(reference, request)
+    if not 0 < request.step < math.inf:
+        raise simulating.error("--step", f"{request.step:g} s is not a time: give a positive number")
+    simulating.refuse_many(reference.duration / request.step)
+    return math.ceil(reference.duration / request.step * (1 - WHOLE))

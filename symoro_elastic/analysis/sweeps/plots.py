@@ -123,11 +123,8 @@ def _influence(sweep: Sweep, names: Sequence[str]) -> Plot:
 def _draw_bars(sweep: Sweep, listed: Sequence[str], axis: Any) -> None:
     by = sweep.influence
     order = by.strongest()[:MOST_BARS]
-    bars(
-        axis,
-        {name: by.values[by.figures.index(name), order].tolist() for name in listed},
-        [by.quantities[k] for k in order],
-    )
+    lengths = {name: by.values[by.figures.index(name), order].tolist() for name in listed}
+    bars(axis, lengths, [by.quantities[k] for k in order])
     axis.set_xlim(-1.05, 1.05)
     axis.axvline(0.0, color=shades().ink, linewidth=0.8)
     axis.set_xlabel("share of the range" if sweep.design.is_grid else "correlation of ranks")

@@ -212,10 +212,8 @@ def _read(path: Path, head: bytes, count: int) -> dict[int, Outcome]:
             done |= [_outcome(line, count)]
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             if not is_forced():
-                what = (
-                    f"line {number} is damaged: delete the line, and its point is computed again, or start again with"
-                )
-                raise InputError(str(path), PLACE, f"{what} --force") from None
+                way_out = "delete the line, and its point is computed again, or start again with --force"
+                raise InputError(str(path), PLACE, f"line {number} is damaged: {way_out}") from None
             done, complete = {}, b""
             break
     cut_file(path, len(complete), PLACE)
@@ -281,7 +279,7 @@ class Cluster:
     def _results(self, client: Any, task: Any, parts: list[Numbered]) -> Iterator[tuple[Numbered, Computed | None]]:
         """Yield the outcomes of parts; None if each worker of a part has died."""
         distributed = _dask()
-        submitted = self._given(lambda: [client.submit(_outcomes, task, part, pure=False) for part in parts])
+        submitted = self._given(lambda: [client.submit(Task.outcomes, task, part, pure=False) for part in parts])
         running = dict(zip(submitted, parts, strict=True))
         while running:
             for future in self._done(client, list(running)):
@@ -365,10 +363,6 @@ def _silent() -> Iterator[None]:
     finally:
         for name, level in levels.items():
             logging.getLogger(name).setLevel(level)
-
-
-def _outcomes(task: Task, points: Numbered) -> Computed:
-    return task.outcomes(points)
 
 
 def _dask() -> Any:

@@ -37,9 +37,8 @@ class Preparation:
             if name not in motors:
                 raise InputError("symoro-elastic", "--gain", f"no motor {name!r}{did_you_mean(name, motors)}")
             if not math.isfinite(gain) or gain == 0:
-                raise InputError(
-                    "symoro-elastic", "--gain", f"{name}={gain:g}: give the torque per unit of the column, not zero"
-                )
+                what = f"{name}={gain:g}: give the torque per unit of the column, not zero"
+                raise InputError("symoro-elastic", "--gain", what)
         for option, x in (("--after", self.first), ("--before", self.last), ("--resample", self.rate)):
             if x is not None and not math.isfinite(x):
                 raise InputError("symoro-elastic", option, f"{x} is not a number that can be used")
@@ -103,9 +102,8 @@ def _coarse(record: Measurements, machine: Machine) -> list[str]:
     if not few:
         return []
     what = f"positions of {', '.join(few)} are whole steps of an encoder, and resampled they are so no longer"
-    return [
-        f"{what}: their noise is taken for white, so standard deviations may be too small; --bandwidth may be needed"
-    ]
+    so = "their noise is taken for white, so standard deviations may be too small; --bandwidth may be needed"
+    return [f"{what}: {so}"]
 
 
 def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:

@@ -117,10 +117,9 @@ def _error(path: Path, what: str, place: str = "file") -> InputError:
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
     """Raise `InputError` for more samples or numbers than the limits."""
     if rows > MOST_SAMPLES or numbers > MOST_IN_FILES:
-        what = (
-            f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers"
-        )
-        raise _error(path, f"{what} at most are read: cut or thin out the record", place)
+        most = f"{MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers at most are read"
+        what = f"{rows} samples, {numbers} numbers in the file; {most}: cut or thin out the record"
+        raise _error(path, what, place)
 
 
 # CSV

@@ -26,7 +26,7 @@ from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box, Parts, cut
 from symoro_elastic.numerics.guarantees.certificate import Knowledge
 from symoro_elastic.numerics.guarantees.intervals import Interval, interval
-from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
+from symoro_elastic.numerics.guarantees.inverse_on_cells import allowed_right_sides, largest_solutions, widened
 from symoro_elastic.numerics.guarantees.largest_value import WORK, largest
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
 from symoro_elastic.numerics.within.reduction import reduce_program
