@@ -102,19 +102,14 @@ def modal_body(
     columns, stiffness = _modes(shapes, model.K, full_M)
     phi = columns.T.reshape(-1, len(model.x), 3)
     about = "".join(f", rigid interface {name}" for name in rigid)
+    fits = {name: rail_of(model.x, nodes, phi, stiffness, name, model.source) for name, nodes in rails.items()}
+    doubts = tuple(f"rail {name}: {ROUGH.format(error)}" for name, (_, error) in fits.items() if error > FITTED)
     body = _body(replace(model, about=model.about + about), phi, stiffness, interfaces)
-    body = _with_rails(body, model, phi, rails)
+    body = replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
     if model.geometric is None:
         return body
     accelerations = moves @ inverse(moves.T @ _inertial_forces(model))
     return _with_foreshortening(body, model.geometric, phi, accelerations, forces)
-
-
-def _with_rails(body: ModalBody, model: FiniteElements, phi: Array, rails: Mapping[str, AnyArray]) -> ModalBody:
-    """The body with rails, by modes phi (m, n, 3); doubts say where polynomials do not fit them."""
-    fits = {name: rail_of(model.x, nodes, phi, body.stiffness, name, model.source) for name, nodes in rails.items()}
-    doubts = tuple(f"rail {name}: {ROUGH.format(error)}" for name, (_, error) in fits.items() if error > FITTED)
-    return replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
 
 
 def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[str, AnyArray]) -> Any:
@@ -153,10 +148,8 @@ def _with_foreshortening(
         return np.where(np.abs(Kg) > SAME * np.abs(Kg).max(), Kg, 0.0)
 
     Kg = of_modes(accelerations).reshape(body.count, body.count, 3, 4)
-    interfaces = {
-        name: replace(interface, shorter=-of_modes(forces[:, k]))
-        for k, (name, interface) in enumerate(body.interfaces.items())
-    }
+    shorter = (-of_modes(force) for force in np.moveaxis(forces, 1, 0))
+    interfaces = {name: replace(x, shorter=next(shorter)) for name, x in body.interfaces.items()}
     return replace(body, Ct1=Kg[:, :, :, 0], T1s=Kg[:, :, :, 1:].swapaxes(2, 3), interfaces=interfaces)
 
 
@@ -167,18 +160,14 @@ def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str
             raise InputError(model.source, name, "is not symmetric")
     center = model.x - model.x.mean(axis=0)
     size = np.abs(center).max()
-    motions = np.vstack([np.tile(np.eye(3), len(center)), _rotations(center / size)])
+    turns = [np.cross(axis, center / size).ravel() for axis in np.eye(3)]
+    motions = np.vstack([np.tile(np.eye(3), len(center)), *turns])
     if np.abs(model.K @ motions.T).max() > LOOSE * abs(model.K).max():
         what = "a motion of the whole body meets forces: export the free model with all digits, --fixed holds it"
         raise InputError(model.source, "K", what)
     for name, nodes in {"--fixed": fixed, **{f"--interface {key}": x for key, x in interfaces.items()}}.items():
         if np.linalg.matrix_rank(model.x[nodes] - model.x[nodes].mean(axis=0), tol=SAME * size) < 2:
             raise InputError(model.source, name, f"{len(nodes)} nodes on a line or point: add nodes off that line")
-
-
-def _rotations(x: Array) -> Array:
-    """Displacements (3, 3 n) by small rotations about x, y, z."""
-    return np.array([np.cross(axis, x).ravel() for axis in np.eye(3)])
 
 
 def _loads(x: Array, nodes: AnyArray) -> Array:

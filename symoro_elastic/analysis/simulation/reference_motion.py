@@ -354,8 +354,7 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
     servos = {name: prescribed.servo[name] for name in motion.motor_names}
     inertia = dict.fromkeys(servos, 0.0)
     if any(isinstance(servo, Bandwidth) for servo in servos.values()):
-        zero = np.zeros_like(start.q)
-        (A,) = motion.matrices(["M"], start.q, zero, zero)
+        (A,) = motion.matrices("M", start.q)
         inertia |= {motion.names[k]: float(A[k, k]) for k in motion.motors}
     joined = {j for leader, followers in motion.followers.items() for j in (leader, *followers)}
     shared = {motion.machine.joint(j).name for j in joined}
