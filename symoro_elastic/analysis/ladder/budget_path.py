@@ -309,8 +309,7 @@ class LeftOutNumbers:
         q, v, a = states
         shift = np.array([self.neutral[name] if name in names else 0.0 for name in self._joints])
         rows = self._values(self._motion.residual, (q + shift, v, a), names)
-        forces: Array = rows - self.path.stiffness[: len(shift)] * shift
-        return forces
+        return np.asarray(rows - self.path.stiffness[: len(shift)] * shift)
 
     def _inertia(self, names: Collection[str]) -> Array:
         """Return M (N, n, n) along the reference."""

@@ -168,8 +168,7 @@ class _Motion:
             states.append(x.copy())
         moved = split_into(carried, np.array(states, dtype=float))
         sampled = self.start[np.zeros(len(states), dtype=int)].with_blocks(**moved)
-        total: AnyArray = self._values(self.energy, self._with_loops_closed(sampled)).sum(axis=1)
-        return total
+        return np.asarray(self._values(self.energy, self._with_loops_closed(sampled)).sum(axis=1))
 
     def _values(self, traced: TracedModel, states: States) -> AnyArray:
         (result,) = evaluate_arrays(traced, states, self.values, EXTENDED).values()

@@ -96,8 +96,7 @@ class Affine:
     @property
     def size(self) -> Array:
         """At least the sum of the magnitudes of all terms."""
-        size: Array = abs(self.center) + self.radius
-        return size
+        return np.asarray(abs(self.center) + self.radius)
 
     @property
     def range(self) -> Interval:
@@ -109,8 +108,7 @@ class Affine:
     @property
     def magnitude(self) -> Array:
         """The largest absolute value."""
-        largest: Array = self.range.magnitude
-        return largest
+        return np.asarray(self.range.magnitude)
 
     def line(self, slope: Array, constant: Array, off: Array, size: Array) -> Affine:
         """slope x + constant +- off; `size` bounds the terms of both coefficients, for their rounding."""

@@ -116,8 +116,7 @@ def drawn(low: Array, high: Array, positions: BoolArray, count: int, rng: np.ran
     part = rng.random((len(low), count))
     corners = slice(count - count // 2, None)
     part[:, corners] = np.where(positions, part[:, corners], np.round(part[:, corners]))
-    states: Array = np.minimum(low + (high - low) * part, high)
-    return states
+    return np.asarray(np.minimum(low + (high - low) * part, high))
 
 
 def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:

@@ -190,8 +190,7 @@ class Subject:
         if not adjoints or not len(running):
             return running
         by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds, forms)
-        smaller: Array = np.minimum(running, by_adjoints)
-        return smaller
+        return np.asarray(np.minimum(running, by_adjoints))
 
     def solver_bounds(self, bounds: Bounds, parts: Parts, adjoints: bool = True) -> Bounds:
         """Ranges and errors of all nodes, narrowed by the bounds of the linear system (lemma 8)."""

@@ -276,8 +276,7 @@ def allowed_right_sides(A: Interval, most: Array) -> Array:
     if not np.isfinite(unit).all():
         return np.zeros(len(most))
     share = most / unit.sum(axis=1)
-    right_sides: Array = share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK)
-    return right_sides
+    return np.asarray(share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK))
 
 
 def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:

@@ -102,8 +102,7 @@ def followers(machine: Machine) -> dict[int, tuple[int, ...]]:
 def share_torques(S_m: Array, forces: Array, shares: Array) -> Array:
     """Return torques (m,) with S_m^T tau = forces (n,), in the least sum of tau^2 / share (L31)."""
     gram = S_m.T @ (shares[:, None] * S_m)
-    torques: Array = shares * (S_m @ np.linalg.lstsq(gram, forces, rcond=None)[0])
-    return torques
+    return np.asarray(shares * (S_m @ np.linalg.lstsq(gram, forces, rcond=None)[0]))
 
 
 def shares(machine: Machine, values: Mapping[str, float]) -> Array:

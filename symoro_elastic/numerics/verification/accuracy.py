@@ -219,8 +219,7 @@ class _Judge:
         """Return every input one ulp up or down, at random; parameters become one number a state."""
 
         def off(x: Array) -> Array:
-            moved: Array = self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf))
-            return moved
+            return np.asarray(self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf)))
 
         return states.map(off), {name: off(np.full(len(states), value)) for name, value in self.values.items()}
 

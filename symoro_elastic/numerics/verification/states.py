@@ -170,8 +170,7 @@ def _wrenches(machine: Machine, titles: Sequence[str], rng: Rng) -> Array:
     """Moderate wrenches on frames; none where everything is zero."""
     drawn = _within(QUANTITIES["f_ext"], rng.random((len(titles), 6 * len(machine.forces))))
     acting = np.array([title != ZERO for title in titles], dtype=float)
-    wrenches: Array = acting[:, None] * drawn
-    return wrenches
+    return np.asarray(acting[:, None] * drawn)
 
 
 def _stack(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
@@ -330,5 +329,4 @@ def _entries(rng: np.random.Generator, count: int, samples: Samples, title: str)
         return np.zeros(count)
     if samples.decades is None or title not in (FAST if samples is VELOCITIES else LOADED):
         return rng.uniform(-samples.size, samples.size, count)
-    numbers: Array = 10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count)
-    return numbers
+    return np.asarray(10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count))

@@ -136,8 +136,7 @@ class Loops:
     def torque_offset(self, motor: int) -> Array:
         """Return the torque (N,) of a drive on its set point with the states of the start, less that of the start."""
         law = self.laws[motor]
-        torque: Array = law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor]
-        return torque
+        return np.asarray(law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor])
 
     def outputs(self, of: Outputs, n: int) -> tuple[Outputs, Array]:
         """Return the rows of outputs with those of torques, and outputs (N, outputs) without a deviation."""

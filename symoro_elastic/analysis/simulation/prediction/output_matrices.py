@@ -69,8 +69,7 @@ class Outputs:
     def of(self, motion: SmallMotion) -> Array:
         """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
         terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)
-        changes: Array = sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms)
-        return changes
+        return np.asarray(sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms))
 
 
 def is_torque(name: str) -> bool:

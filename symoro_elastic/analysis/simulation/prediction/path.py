@@ -368,8 +368,7 @@ class PassedLoad:
 
     def load(self, forces: Array, a: Array) -> Array:
         """Return lambda (N,) by the forces taken without load in friction, and accelerations (N, n)."""
-        load: Array = forces[:, self.k] - self.own - self.rotor * a[:, self.k]
-        return load
+        return np.asarray(forces[:, self.k] - self.own - self.rotor * a[:, self.k])
 
     def add(self, M: Array, D: Array, K: Array, forces: Array, a: Array) -> Array:
         """Add this friction to M, D, K (N, n, n) and to the forces taken (N, n); return its slope by v (N,)."""

@@ -56,8 +56,7 @@ class _Rates:
 
     @cached_property
     def _at_zero(self) -> Array:
-        offset: Array = self.rate - (self.slope @ self.reference[..., None])[..., 0]
-        return offset
+        return np.asarray(self.rate - (self.slope @ self.reference[..., None])[..., 0])
 
     def at(self, Y: Array) -> Array:
         """Return f of affine functions."""
@@ -140,8 +139,7 @@ class _Steps:
         if self.around is None:
             return np.zeros_like(Y)
         before, after, apart = self.around
-        change: Array = (self._at(after, Y) - self._at(before, Y)) / apart[:, None, None]
-        return change
+        return np.asarray((self._at(after, Y) - self._at(before, Y)) / apart[:, None, None])
 
 
 @dataclass(frozen=True)
@@ -176,8 +174,7 @@ class StepErrors:
         solution = self._solution
         h = self.path.h / FINE
         value, rate = interpolate(h, (solution.d[:, 0], solution.dd[:, 0], solution.ddd[:, 0]), t)
-        y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
-        return y
+        return np.asarray(self._states(t) + np.concatenate([value, rate], axis=1))
 
     @cached_property
     def _solution(self) -> SmallMotion:
@@ -402,8 +399,7 @@ def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
     system = np.zeros((len(places), 2 * r, 2 * r))
     system[:, :r, r:] = np.eye(r)
     system[:, r:] = -np.linalg.solve(M, np.concatenate([K, D], axis=2))
-    values: ComplexArray = np.linalg.eigvals(system).astype(complex).ravel()
-    return values
+    return np.asarray(np.linalg.eigvals(system).astype(complex).ravel())
 
 
 def largest_stable_step(method: Method, of: ComplexArray) -> float:
