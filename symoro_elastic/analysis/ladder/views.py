@@ -95,11 +95,13 @@ def springs_table(ladder: Ladder) -> Table:
     return table_of(SpringFigures, ladder.springs, EACH_SPRING)
 
 
+def _within(machine: Machine, tolerance: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} within {quantity(x, unit_of(machine, name))}" for name, x in tolerance.items())
+
+
 def advice(ladder: Ladder) -> str:
     """Return a sentence: the springs to keep, those that may be quasi-static, and the steps."""
-    within = ", ".join(
-        f"{name} within {quantity(x, unit_of(ladder.machine, name))}" for name, x in ladder.tolerance.items()
-    )
+    within = _within(ladder.machine, ladder.tolerance)
     if ladder.chosen is None:
         nearest = min(ladder.rungs, key=lambda rung: relative(rung.predicted, ladder.tolerance))
         what = f"{within}: no rung is good enough; the closest, {_rung_text(ladder, nearest)}"
@@ -376,10 +378,7 @@ def reduced_parts(result: Reduced) -> list[Part]:
 
 def _sentences(result: Reduced) -> list[str]:
     """Return sentences: the required torque accuracy, and the parts that either purpose may omit."""
-    within = ", ".join(
-        f"{name} within {quantity(x, unit_of(result.machine, name))}" for name, x in result.tolerance.items()
-    )
-    sentences = []
+    within, sentences = _within(result.machine, result.tolerance), []
     if result.feed_forward:
         units = {x.name: "N m" if x.sigma == 0 else "N" for x in result.machine.motor_joints}
         limited = [x for x in result.feed_forward.tolerances if not math.isinf(x.share)]

@@ -81,9 +81,8 @@ class CompiledSteps:
         """
         refuse_machines(machine, methods)
         self.machine = machine
-        self.package = trace_models(
-            machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
-        ).package
+        scene = Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
+        self.package = trace_models(machine, scene).package
         text = source_text(with_own_results(self.package), precision)
         self.name = self.package.name + precision.suffix
         files = render_c(self.package, precision) | render_runs(self.name, text.steps)

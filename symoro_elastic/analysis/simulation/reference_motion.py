@@ -236,9 +236,8 @@ def reference_of(
     base = start_of_base(machine, prescribed)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None
-    followed = (
-        machine if prescribed.servo or prescribed.drives else with_motors_that_follow_exactly(machine, prescribed)
-    )
+    has_servos = prescribed.servo or prescribed.drives
+    followed = machine if has_servos else with_motors_that_follow_exactly(machine, prescribed)
     locked = held_machine(followed, base)
     motion = EquationsOfMotion(locked, values)
     view = None if motion.given.independent == machine.independent else MotorCoordinates(machine, motion.given)

@@ -77,9 +77,8 @@ class SampledSteps(CompiledSteps):
         for number, (begins, ends) in enumerate(intervals):
             sampling.hold(number, begins, lambda: self._read(reference, state))
             h = (ends - begins) / per_interval
-            inputs = inputs_of_steps(
-                reference, method, begins + h * np.arange(per_interval, dtype=float), h, sampling.held.torques[-1]
-            )
+            starts = begins + h * np.arange(per_interval, dtype=float)
+            inputs = inputs_of_steps(reference, method, starts, h, sampling.held.torques[-1])
             record = np.empty((per_interval, sum(run.written.values())))
             passed += self.take(run, [inputs[name] for name in run.read], h, state, record)
             done = number * per_interval

@@ -108,17 +108,10 @@ def _(run: Simulation) -> list[Part]:
 def _motors_table(run: Simulation) -> Table:
     """Return peak and RMS torque, peak power, work and peak speed of the motors."""
     table = Table(("motor", "peak torque", "RMS torque", "peak speed", "peak power, W", "work, J"))
-    for joint, (torque, effective, speed, power, work) in zip(
-        run.reference.machine.motor_joints, map(dict.values, _motor_figures(run).values()), strict=True
-    ):
-        table.add_row(
-            joint.name,
-            f"{torque:.4g} {joint.force_unit}",
-            f"{effective:.4g}",
-            f"{speed:.4g} {joint.unit}/s",
-            f"{power:.4g}",
-            f"{work:.4g}",
-        )
+    for joint, figures in zip(run.reference.machine.motor_joints, _motor_figures(run).values(), strict=True):
+        torque, effective, speed, power, work = (f"{x:.4g}" for x in figures.values())
+        torque, speed = f"{torque} {joint.force_unit}", f"{speed} {joint.unit}/s"
+        table.add_row(joint.name, torque, effective, speed, power, work)
     return table
 
 
@@ -213,9 +206,8 @@ def _lines(run: Simulation) -> list[str]:
         f"balance error {energy.left_over:.1e} J (peak energy of motion and springs {energy.largest:.4g} J)"
     ]
     if abs(energy.left_over) > UNBALANCED * energy.largest:
-        lines.append(
-            "energies and torques are less accurate than the outputs: add torques (<motor>.tau) to the tolerances"
-        )
+        what = "energies and torques are less accurate than the outputs"
+        lines.append(f"{what}: add torques (<motor>.tau) to the tolerances")
     lines += map(str, run.beyond)
     driven = {} if run.reference.drives else drives_of(run.reference.machine).by_motor
     if driven:

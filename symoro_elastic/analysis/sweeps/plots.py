@@ -41,9 +41,8 @@ def _(sweep: Sweep) -> dict[str, Plot | str]:
     over = "_and_".join(name.removeprefix("q.") for name in sweep.quantities)
     if sweep.design.is_grid and len(sweep.quantities) == 1:
         groups = by_unit([sweep.units.get(name, "") for name in names]).values()
-        return {
-            f"{_together(some)}_over_{over}": _lines(sweep, some) for some in ([names[k] for k in g] for g in groups)
-        }
+        together = [[names[k] for k in group] for group in groups]
+        return {f"{_together(some)}_over_{over}": _lines(sweep, some) for some in together}
     if sweep.design.is_grid and len(sweep.quantities) == 2 and min(sweep.design.lengths) > 1:
         few = f"{MOST_MAPS} maps are drawn: choose results by --result"
         return {f"{name}_over_{over}": _map(sweep, name) if k < MOST_MAPS else few for k, name in enumerate(names)}

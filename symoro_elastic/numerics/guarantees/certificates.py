@@ -160,7 +160,5 @@ def _proven(x: Operand, subject: Subject) -> tuple[float, float, float]:
 def _smaller(entry: EntryBound, proven: tuple[float, float, float], is_negative: bool) -> EntryBound:
     error, low, high = proven
     low, high = (-high, -low) if is_negative else (low, high)
-    error = min(entry.error, error)
-    return replace(
-        entry, error=error, likely=min(entry.likely, error), low=max(entry.low, low), high=min(entry.high, high)
-    )
+    error, low, high = min(entry.error, error), max(entry.low, low), min(entry.high, high)
+    return replace(entry, error=error, likely=min(entry.likely, error), low=low, high=high)

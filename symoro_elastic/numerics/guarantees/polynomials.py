@@ -351,11 +351,8 @@ def _sides(root: Operand) -> tuple[frozenset[str], frozenset[str]]:
                 outside.add(x.id)
             if node.id in inside or node.operation in (SIN, COS):
                 inside.add(x.id)
-    symbols = [node for node in nodes if node.operation == SYMBOL]
-    names_inside, names_outside = (
-        frozenset(str(x.operands[0]) for x in symbols if x.id in side) for side in (inside, outside)
-    )
-    return names_inside, names_outside
+    names = {node.id: str(node.operands[0]) for node in nodes if node.operation == SYMBOL}
+    return frozenset(names[k] for k in names.keys() & inside), frozenset(names[k] for k in names.keys() & outside)
 
 
 def _separate(root: Operand, names: Collection[str], of_signs: Collection[str]) -> Operand:

@@ -287,14 +287,12 @@ def _differences(
     results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]
 ) -> dict[str, tuple[AnyArray, AnyArray]]:
     """Return by result the largest difference and the largest exact entry at each state."""
+    differences = {}
     with np.errstate(all="ignore"):
-        return {
-            name: (
-                np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0),
-                np.abs(exact).max(axis=1, initial=0),
-            )
-            for name, exact in wanted.items()
-        }
+        for name, exact in wanted.items():
+            apart = np.abs(results[name][0] - exact + sum(results[name][1:]))
+            differences[name] = apart.max(axis=1, initial=0), np.abs(exact).max(axis=1, initial=0)
+    return differences
 
 
 def _distance(results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]) -> Array:
