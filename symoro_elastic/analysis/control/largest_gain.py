@@ -23,8 +23,8 @@ EXACT = 1e-12
 """Relative error of the critical frequency."""
 FAR = 1e100
 """A gain that nothing limits, while the minimum is searched: its square is a number."""
-TRIED, NARROWER, MOST_TURNS, SMOOTH = 17, 8, 16, 2
-"""Places at a time between neighbours, how much narrower their interval gets, how often at most, and how often before a
+TRIED, MOST_TURNS, SMOOTH = 17, 16, 2
+"""Places at a time between neighbours, which narrow their interval by 8, how often at most, and how often before a
 polynomial may be taken."""
 FLAT, SAME, NEWTON = 1e-4, 1e-13, 8
 """Of the least value: what its neighbours may be above it where a polynomial is taken, and what rounding is; steps."""
@@ -115,7 +115,7 @@ def _least_lower_end(
 def refined_minimum(of: Callable[[Array], Array], frequencies: Array, k: int) -> tuple[float, float]:
     """Return the least value between the neighbours of frequency k, and its frequency.
 
-    Several places are tried at a time, the interval gets narrower by `NARROWER`, until a polynomial of degree 4 through
+    Several places are tried at a time, the interval gets narrower by 8, until a polynomial of degree 4 through
     the five that are nearest is right: its lowest place is more exact than differences of values. Where values
     jump, the interval gets narrower as far as numbers do.
     """

@@ -108,7 +108,10 @@ def modal_body(
     body = replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
     if model.geometric is None:
         return body
-    accelerations = moves @ inverse(moves.T @ _inertial_forces(model))
+    # Forces (3 n, 12) of accelerations along x, y, z (i) that are 1 and proportional to x, y, z (j), i before j.
+    fields = -(model.m @ np.hstack([np.ones((len(model.x), 1)), model.x]))
+    inertial = np.einsum("nj,ic->ncij", fields, np.eye(3)).reshape(3 * len(model.x), 12)
+    accelerations = moves @ inverse(moves.T @ inertial)
     return _with_foreshortening(body, model.geometric, phi, accelerations, forces)
 
 
@@ -127,12 +130,6 @@ def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[s
         motions.append(sparse.csc_matrix(motion.reshape(-1, 6)))
     rows = (3 * free[:, None] + np.arange(3)).ravel()
     return sparse.hstack([sparse.identity(3 * len(model.x), format="csc")[:, rows], *motions], format="csc")
-
-
-def _inertial_forces(model: FiniteElements) -> Array:
-    """Forces (3 n, 12) of accelerations along x, y, z (i) that are 1 and proportional to x, y, z (j), i before j."""
-    fields = -(model.m @ np.hstack([np.ones((len(model.x), 1)), model.x]))
-    return np.asarray(np.einsum("nj,ic->ncij", fields, np.eye(3)).reshape(3 * len(model.x), 12))
 
 
 def _with_foreshortening(

@@ -71,9 +71,8 @@ def _(evaluation: Evaluation) -> dict[str, list[Any]]:
     for model, x in ((model, x) for model, results in evaluation.models.items() for x in results):
         for row, entry in x.entries.items():
             numbers = np.ravel(np.asarray(entry, dtype=float))
-            rows += [
-                (model, x.name, row, *pair) for pair in zip(x.columns or range(len(numbers)), numbers, strict=True)
-            ]
+            pairs = zip(x.columns or range(len(numbers)), numbers, strict=True)
+            rows += [(model, x.name, row, *pair) for pair in pairs]
     return dict(zip(("model", "result", "row", "column", "value"), map(list, zip(*rows, strict=True)), strict=True))
 
 

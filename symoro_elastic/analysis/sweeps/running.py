@@ -119,7 +119,10 @@ class Run:
                 progress(len(done), count)
         if is_new and self.journal and not any(outcome.figures for outcome in done.values()):
             remove_file(self.journal)  # it has nothing to go on from
-        self._refuse_without_figures(done)
+        reasons = [outcome.reason for _, outcome in sorted(done.items()) if not outcome.figures]
+        if reasons and len(reasons) == len(done):
+            many = f"all {len(reasons)} points" if len(reasons) > 1 else "the point"
+            raise InputError("symoro-elastic", "--over", f"{many} without a result; the first: {reasons[0]}")
         return tuple(done[k] for k in range(count))
 
     def _compute(self, points_left: Numbered, done: dict[int, Outcome], note: Note) -> Iterator[Computed]:
@@ -152,12 +155,6 @@ class Run:
         if needed > free:
             room = f"need {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free"
             raise InputError(str(self.journal), "journal", f"{what} {room}: give fewer points, or another folder")
-
-    def _refuse_without_figures(self, done: dict[int, Outcome]) -> None:
-        reasons = [outcome.reason for _, outcome in sorted(done.items()) if not outcome.figures]
-        if reasons and len(reasons) == len(done):
-            many = f"all {len(reasons)} points" if len(reasons) > 1 else "the point"
-            raise InputError("symoro-elastic", "--over", f"{many} without a result; the first: {reasons[0]}")
 
 
 def _duration(seconds: float) -> str:

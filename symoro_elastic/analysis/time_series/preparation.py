@@ -83,14 +83,11 @@ class Preparation:
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
         t = t[~_in_gaps(record.t, t, LONGEST_GAP * usual, wide)]
         done = with_change(record, t, lambda x: _resample(record.t, x, t, wide))
-        return replace(done, warnings=(*record.warnings, *self._faster(usual), *_coarse(record, machine)))
-
-    def _faster(self, usual: float) -> list[str]:
-        """Return a warning if new samples are denser than the measured ones, every `usual` s."""
-        if self.rate is None or usual * self.rate <= FASTER:
-            return []
-        what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
-        return [f"{what}: noise is then no longer white, and standard deviations are too small"]
+        warnings = [*record.warnings]
+        if usual * self.rate > FASTER:
+            what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
+            warnings.append(f"{what}: noise is then no longer white, and standard deviations are too small")
+        return replace(done, warnings=(*warnings, *_coarse(record, machine)))
 
 
 def _coarse(record: Measurements, machine: Machine) -> list[str]:

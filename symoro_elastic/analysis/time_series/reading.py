@@ -99,15 +99,12 @@ def _read(path: Path, kinds: str, may_be_empty: bool) -> Columns:
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
     with open_file(path) as file:
-        _refuse_size_of_file(path, size_of(file))
+        size = size_of(file)
+        if size == 0:
+            raise _error(path, "is empty")
+        if size > MOST_BYTES:
+            raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB is the limit: cut or thin out the record")
         return readers[path.suffix.lower()](path, file)
-
-
-def _refuse_size_of_file(path: Path, size: int) -> None:
-    if size == 0:
-        raise _error(path, "is empty")
-    if size > MOST_BYTES:
-        raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB is the limit: cut or thin out the record")
 
 
 def _error(path: Path, what: str, place: str = "file") -> InputError:

@@ -258,7 +258,9 @@ def notes(command: FeedForward) -> list[str]:
     doubts = command.reference.doubts.items()
     lines = [line(command.left_out)] if command.left_out else []
     lines += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
-    lines += _notes_on_shared_torques(command)
+    if command.following is not None and len(command.motors) > len(command.wanted):
+        shared = dict.fromkeys(dependent_motors(command.machine), tuple(command.machine.motors))
+        lines += line_on_undetermined(command.machine, shared)
     laws = [(joint.name, joint.friction) for joint in command.machine.motor_joints]
     lines += [f"{name} {JUMPS}" for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
@@ -269,14 +271,6 @@ def notes(command: FeedForward) -> list[str]:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
                 lines.append(f"{name} {word} in motion: {what}")
     return lines
-
-
-def _notes_on_shared_torques(command: FeedForward) -> list[str]:
-    """Return a note if motors outnumber the prescribed joints, and no file states weights of their torques."""
-    if command.following is None or len(command.motors) == len(command.wanted):
-        return []
-    shared = dict.fromkeys(dependent_motors(command.machine), tuple(command.machine.motors))
-    return line_on_undetermined(command.machine, shared)
 
 
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:

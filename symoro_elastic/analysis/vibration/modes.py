@@ -100,7 +100,12 @@ class Modes(Result):
     @cached_property
     def damping_sensitivity(self) -> DampingSensitivity:
         """Derivatives of the damping ratios by all parameters."""
-        return damping_sensitivity(self)
+        slopes, there = linear_slopes(self.linear), np.flatnonzero(self.paired >= 0)
+        poles = self.poles[self.paired[there]]
+        slopes_of_ratios = np.full((len(slopes.names), len(self.eigenvalues)), np.nan)
+        slopes_of_ratios[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
+        values = np.array([self.linear.motion.parameters[name] for name in slopes.names])
+        return DampingSensitivity(slopes.names, values, slopes_of_ratios, self.damping_ratios)
 
     @property
     def growth(self) -> Array:
@@ -254,20 +259,6 @@ class DampingSensitivity:
     values: Array
     slopes: Array
     ratios: Array
-
-
-def damping_sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> DampingSensitivity:
-    """Return the derivatives of damping ratios by parameters, all unless some are named.
-
-    Raises `InputError` for unknown names.
-    """
-    slopes = linear_slopes(modal.linear, parameters)
-    there = np.flatnonzero(modal.paired >= 0)
-    poles = modal.poles[modal.paired[there]]
-    slopes_of_ratios = np.full((len(slopes.names), len(modal.eigenvalues)), np.nan)
-    slopes_of_ratios[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
-    values = np.array([modal.linear.motion.parameters[name] for name in slopes.names])
-    return DampingSensitivity(slopes.names, values, slopes_of_ratios, modal.damping_ratios)
 
 
 def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:

@@ -81,14 +81,11 @@ class Affine:
     def __truediv__(self, other: Operand) -> Affine:
         return self * affine(other).reciprocal()
 
-    def __radd__(self, other: int) -> Affine:
-        return self + other
-
     def __rsub__(self, other: int) -> Affine:
         return -self + other
 
-    def __rmul__(self, other: int) -> Affine:
-        return self * other
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __rtruediv__(self, other: int) -> Affine:
         return affine(other) / self

@@ -58,14 +58,11 @@ class Interval:
     def __truediv__(self, other: Operand) -> Interval:
         return self * interval(other).reciprocal()
 
-    def __radd__(self, other: int) -> Interval:
-        return self + other
-
     def __rsub__(self, other: int) -> Interval:
         return -self + other
 
-    def __rmul__(self, other: int) -> Interval:
-        return self * other
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __rtruediv__(self, other: int) -> Interval:
         return interval(other) / self
