@@ -81,10 +81,7 @@ declare(
     Field("solutions", lambda result: [dict(x.joints) for x in result.solutions]),
     Field("at_limits", lambda result: [list(x.at_limits) for x in result.solutions]),
     Field("singular", lambda result: [x.is_singular for x in result.solutions]),
-    Field("redundant"),
-    Field("miss"),
-    Field("turned"),
-    Field("nearest"),
+    *map(Field, ("redundant", "miss", "turned", "nearest")),
 )
 
 
@@ -117,10 +114,7 @@ declare(
     Field("stiffness", array=True),
     Field("compliance", array=True),
     Field("worst_direction", "worst", array=True),
-    Field("worst_compliance"),
-    Field("shares"),
-    Field("shares_by_axis"),
-    Field("advice"),
+    *map(Field, ("worst_compliance", "shares", "shares_by_axis", "advice")),
 )
 
 

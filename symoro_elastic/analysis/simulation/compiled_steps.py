@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.loads import under_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c.steps import Run, render_runs, runs
@@ -31,7 +30,7 @@ from symoro_elastic.models.drives.drive_states import states_at_rest
 from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.steps import closed_dynamics
 from symoro_elastic.models.steps.implicit_steps import Motors
-from symoro_elastic.models.steps.time_steps import refuse_machines
+from symoro_elastic.models.steps.time_steps import PASSED, PASSED_TORQUES, TERMS, refuse_machines
 from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
@@ -293,3 +292,36 @@ def _entry(library: ctypes.CDLL, run: Run) -> Any:
     written = [ctypes.c_void_p] * (len(run.written) + 1)
     entry.argtypes, entry.restype = [ctypes.c_size_t, *read, ctypes.c_double, ctypes.c_void_p, *written], None
     return entry
+
+
+# Torques through joints with load-dependent friction: solved with that friction, by substitution.
+SUBSTITUTIONS, EXTRAPOLATED, SETTLED = 1000, 30, 1e-13
+"""Of torques that friction rises with: at most, those with limits between them, relative change of the last one
+by the sizes of their terms."""
+
+
+def under_loads(
+    machine: Machine, call: Callable[[str, State], dict[str, Array]], dynamics: str, state: Motion
+) -> dict[str, Array]:
+    """Return the results of a dynamic model, and the torques `load` through joints with load-dependent friction.
+
+    `call` gives the results of a generated function at states. Raises `InputError` where loads do not settle.
+    """
+    if not machine.loaded:
+        return call(dynamics, state)
+    loads = [np.zeros((len(state.t), len(machine.loaded)))]
+    for number in range(1, SUBSTITUTIONS):
+        results = call(dynamics, state.with_blocks(load=loads[-1]))
+        moved = {name: results[name] for name in ("tau", "qdd") if name in results}
+        passed = call(PASSED_TORQUES, state.with_blocks(load=loads[-1], **moved))
+        load = passed[PASSED]
+        if not (np.abs(load - loads[-1]) > SETTLED * passed[TERMS].sum(axis=1, keepdims=True)).any():
+            return results | {"load": load}
+        loads = [*loads[-2:], load]
+        if number % 3 == 2 and number < EXTRAPOLATED:
+            x, y, z = loads
+            bend = z - 2 * y + x  # Aitken's rule: the limit of geometric convergence
+            is_bent = np.abs(bend) > 1e-9 * np.abs(z - y)
+            loads = [z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=is_bent)]
+    names = ", ".join(machine.joint(j).name for j in machine.loaded)
+    raise machine.error(f"friction, {names}, load", "the torque through the joint does not settle: lower load")

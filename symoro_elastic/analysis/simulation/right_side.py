@@ -16,8 +16,12 @@ from typing import Self
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.compiled_steps import law_of_servos, refuse_still, with_servo_torques
-from symoro_elastic.analysis.simulation.loads import under_loads
+from symoro_elastic.analysis.simulation.compiled_steps import (
+    law_of_servos,
+    refuse_still,
+    under_loads,
+    with_servo_torques,
+)
 from symoro_elastic.analysis.simulation.moving_base import quaternion, rotation_at, rotations, turning
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library

@@ -20,7 +20,6 @@ from symoro_elastic.analysis.simulation.compiled_steps import (
     refuse_turned,
     ways_of,
 )
-from symoro_elastic.analysis.simulation.energy_balance import energy_balance
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.periods import WHOLE, is_whole, part_from, part_of, rounded_down
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath, linear_path
@@ -42,7 +41,7 @@ from symoro_elastic.analysis.simulation.prediction.step_error import (
 from symoro_elastic.analysis.simulation.reference_motion import SAMPLES, Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
 from symoro_elastic.analysis.simulation.sampled_steps import compiled_steps, is_sampled
-from symoro_elastic.analysis.simulation.simulated import EXACT, Simulation
+from symoro_elastic.analysis.simulation.simulated import EXACT, Simulation, energy_balance
 from symoro_elastic.codegen.integration.tableaus import (
     METHODS,
     W3,

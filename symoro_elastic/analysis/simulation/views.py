@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.energy_balance import FORMS, EnergyBalance
-from symoro_elastic.analysis.simulation.events import Crossing
 from symoro_elastic.analysis.simulation.periods import quantity
-from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
+from symoro_elastic.analysis.simulation.simulated import FORMS, Crossing, EnergyBalance, Simulation, Simulations
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series import writing
 from symoro_elastic.analysis.time_series.measurements import ENERGY, POWER
@@ -79,9 +77,7 @@ declare(
         text=lambda x: quantity(x.trajectory.seconds * x.trajectory.steps, "s"),
         json=False,
     ),
-    Field("errors"),
-    Field("tolerance"),
-    Field("predicted"),
+    *map(Field, ("errors", "tolerance", "predicted")),
     Field("within_tolerance", "is_within"),
     Field("largest_deviation", _largest_deviation),
     Field("motors", _motor_figures),

@@ -273,9 +273,7 @@ declare(
     Field("models", lambda x: {model: _model_json(measured) for model, measured in x.measurements.items()}),
     Field("measurements", lambda x: [*chain(*x.measurements.values())], rows=Measurement, json=False),
     Field("drift", "drifts"),
-    Field("form"),
-    Field("notes"),
-    Field("curves"),
+    *map(Field, ("form", "notes", "curves")),
 )
 
 
