@@ -221,11 +221,6 @@ class Simulating:
         """Hold intervals of sampled drives in the motion, which contain integer numbers of steps; else 1."""
         return len([*Sampling(self.reference).intervals]) if is_sampled(self.reference) else 1
 
-    @property
-    def first_steps(self) -> int:
-        """Number of steps of the first run without prediction."""
-        return self.in_periods(max(FIRST, in_detail(self.reference)))
-
     @cached_property
     def cost(self) -> StepCost:
         """Operations of steps."""
@@ -333,7 +328,8 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     """Return the first number of steps, and its predicted errors."""
     step, duration = simulating.request.step, simulating.reference.duration
     if step is None:
-        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (simulating.first_steps, {})
+        first = simulating.in_periods(max(FIRST, in_detail(simulating.reference)))
+        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (first, {})
         simulating.refuse_many(steps)
         return steps, predicted
     if not 0 < step < math.inf:

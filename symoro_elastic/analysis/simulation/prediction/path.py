@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from inspect import signature
 from typing import Any
 
@@ -130,11 +130,6 @@ class LinearPath:
     def h(self) -> float:
         """Time between samples, s."""
         return float(self.t[1] - self.t[0])
-
-    @cached_property
-    def prescribed_entries(self) -> tuple[int, ...]:
-        """Entries of q that follow the reference exactly."""
-        return tuple(k for k in range(len(self.joints)) if k not in self.moved)
 
     def names(self, entries: Sequence[int]) -> tuple[str, ...]:
         """Return the names of entries of q."""

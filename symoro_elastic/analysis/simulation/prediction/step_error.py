@@ -192,7 +192,7 @@ class StepErrors:
     def _steps(self, method: Method, t: Array) -> _Steps:
         """Return the steps between times t (N,)."""
         n, h, begins = len(self.path.joints), float(t[1] - t[0]), t[:-1]
-        entries = np.array(self.path.prescribed_entries, dtype=int)
+        entries = np.setdiff1d(np.arange(n), self.path.moved)  # those that follow the reference exactly
         near = [np.clip(begins + sign * SHORTLY * self.path.h, 0.0, self.path.t[-1]) for sign in (-1, 1)]
         return _Steps(
             method,
