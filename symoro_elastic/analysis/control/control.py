@@ -12,7 +12,7 @@ dZ/ds and dL/df are means over a small circle (Cauchy), as all loops are analyti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -429,3 +429,40 @@ def small_time(element: Element) -> float:
     if isinstance(element, Biquad):
         return 2 * (element.below - (0.0 if element.low else element.above)) / element.w
     return element.time / 2 if isinstance(element, Hold) else element.time
+
+
+# Results of drives by name, for sweeps: margins, bandwidth, following error, largest gains, compliances.
+def control_figures(control: Control) -> dict[str, float]:
+    """Return the results of a machine at its first position, by names as "motor_x: position_modulus".
+
+    Margins are 0 where the loops are unstable. `behind` is in s, frequencies in Hz, `growth` in 1/s.
+    """
+    place = control.places[0]
+    figures: dict[str, float] = {}
+    for axis in place.axes:
+        figures |= {f"{axis.motor}: {name}": x for name, x in _of_axis(axis, place.growth <= 0)}
+    for compliance in place.compliances:
+        figures |= {f"{compliance.output}: at_rest": compliance.static, f"{compliance.output}: peak": compliance.peak}
+        figures |= {f"{compliance.output}: peak_frequency": compliance.frequency}
+    return {**figures, "growth": place.growth}
+
+
+def _of_axis(axis: AxisControl, is_stable: bool) -> Iterator[tuple[str, float]]:
+    for loop, of_loop in (("velocity", axis.velocity), ("position", axis.position)):
+        for name in ("modulus", "phase", "gain"):
+            yield f"{loop}_{name}", getattr(of_loop, name) if is_stable else 0.0
+    yield from (("bandwidth", axis.bandwidth), ("behind", axis.velocity_error))
+    for limit in axis.limits:
+        yield f"largest_{limit.key}", limit.largest.gain if limit.largest else 0.0
+
+
+UNITS = {"phase": "deg", "bandwidth": "Hz", "peak_frequency": "Hz", "growth": "1/s", "behind": "s"}
+"""Of a figure, by what its name ends with; compliances and gains have that of their output and axis."""
+
+
+def unit_of(figure: str, machine: Machine) -> str:
+    """Return the unit of a result by its name; empty for a pure number."""
+    output, _, name = figure.rpartition(": ")
+    if name in ("at_rest", "peak"):
+        return unit_of_compliance(machine, output)
+    return next((unit for end, unit in UNITS.items() if figure.endswith(end)), "")

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade, is_gain
-from symoro_elastic.analysis.control.control import (
-    AxisControl,
-    Compliance,
-    Control,
-    Limit,
-    PlaceControl,
-    RuledAxis,
-    unit_of_compliance,
-)
+from symoro_elastic.analysis.control.control import AxisControl, Compliance, Control, Limit, PlaceControl, RuledAxis
 from symoro_elastic.analysis.control.cutting import Cut, Milling
 from symoro_elastic.analysis.control.largest_gain import LargestGain
 from symoro_elastic.analysis.control.lobes import Lobe, Lobes
@@ -23,7 +15,6 @@ from symoro_elastic.analysis.control.loops import Margins
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 from symoro_elastic.machine.drives import gain_unit
-from symoro_elastic.machine.machine import Machine
 from symoro_elastic.quantities.units import MICRO
 
 MOST_LISTED = 3
@@ -237,40 +228,3 @@ def stability_lines(control: Control) -> list[str]:
         but = ", but a motion lasts that no drive and no damping stops" if lasts else ""
         return [f"all loops closed{sampled}: stable" + (" at all positions" if len(control.places) > 1 else "") + but]
     return [f"unstable at {place_text(place.place)}: a motion grows by {place.growth:.3g} 1/s" for place in unstable]
-
-
-def control_figures(control: Control) -> dict[str, float]:
-    """Return the results of a machine at its first position, by names as "motor_x: position_modulus".
-
-    Margins are 0 where the loops are unstable. `behind` is in s, frequencies in Hz, `growth` in 1/s.
-    """
-    place = control.places[0]
-    figures: dict[str, float] = {}
-    for axis in place.axes:
-        figures |= {f"{axis.motor}: {name}": x for name, x in _of_axis(axis, place.growth <= 0)}
-    for compliance in place.compliances:
-        figures |= {f"{compliance.output}: at_rest": compliance.static, f"{compliance.output}: peak": compliance.peak}
-        figures |= {f"{compliance.output}: peak_frequency": compliance.frequency}
-    return {**figures, "growth": place.growth}
-
-
-def _of_axis(axis: AxisControl, is_stable: bool) -> Iterator[tuple[str, float]]:
-    loops: dict[str, Margins] = {"velocity": axis.velocity, "position": axis.position}
-    for loop, margins in loops.items():
-        for name in ("modulus", "phase", "gain"):
-            yield f"{loop}_{name}", getattr(margins, name) if is_stable else 0.0
-    yield from (("bandwidth", axis.bandwidth), ("behind", axis.velocity_error))
-    for limit in axis.limits:
-        yield f"largest_{limit.key}", limit.largest.gain if limit.largest else 0.0
-
-
-UNITS = {"phase": "deg", "bandwidth": "Hz", "peak_frequency": "Hz", "growth": "1/s", "behind": "s"}
-"""Of a figure, by what its name ends with; compliances and gains have that of their output and axis."""
-
-
-def unit_of(figure: str, machine: Machine) -> str:
-    """Return the unit of a result by its name; empty for a pure number."""
-    output, _, name = figure.rpartition(": ")
-    if name in ("at_rest", "peak"):
-        return unit_of_compliance(machine, output)
-    return next((unit for end, unit in UNITS.items() if figure.endswith(end)), "")
