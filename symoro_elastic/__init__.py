@@ -30,8 +30,8 @@ from symoro_elastic.foundation.version import __version__ as __version__
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control as Control
     from symoro_elastic.analysis.control.lobes import Lobes as Lobes
-    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes as FlexibleModes
     from symoro_elastic.analysis.flexible.parts import FlexibleParts as FlexibleParts
+    from symoro_elastic.analysis.flexible.reduction import FlexibleModes as FlexibleModes
     from symoro_elastic.analysis.ladder.reduced import Reduced as Reduced
     from symoro_elastic.analysis.ladder.rungs import Ladder as Ladder
     from symoro_elastic.analysis.poses.evaluation import Evaluation as Evaluation
@@ -112,8 +112,8 @@ _MODULES = {
     "api.vibrations": "compare feed_forward linearize modes response",
     "analysis.control.control": "Control",
     "analysis.control.lobes": "Lobes",
-    "analysis.flexible.fe_body": "FlexibleModes",
     "analysis.flexible.parts": "FlexibleParts",
+    "analysis.flexible.reduction": "FlexibleModes",
     "analysis.ladder.reduced": "Reduced",
     "analysis.ladder.rungs": "Ladder",
     "analysis.poses.evaluation": "Evaluation",

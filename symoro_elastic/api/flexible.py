@@ -11,9 +11,8 @@ from symoro_elastic.api.kinds import COMMAND
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
     from symoro_elastic.analysis.flexible.parts import FlexibleParts
-    from symoro_elastic.analysis.flexible.reduction import FiniteElements
+    from symoro_elastic.analysis.flexible.reduction import FiniteElements, FlexibleModes
 
 NOTHING: Mapping[str, str] = {}
 AT_ZERO: Mapping[str, float] = {}
@@ -52,8 +51,7 @@ def flexible(
     InputError
         For files that hold no model, models that are fixed already, and nodes that determine no position.
     """
-    from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
-    from symoro_elastic.analysis.flexible.reduction import modal_body
+    from symoro_elastic.analysis.flexible.reduction import FlexibleModes, modal_body
     from symoro_elastic.analysis.flexible.sources import nodes_of, of_mesh
     from symoro_elastic.formats.modes_file import load
 

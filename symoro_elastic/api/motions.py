@@ -80,8 +80,7 @@ class Plan:
     ) -> Simulation:
         """Return one of the motions, simulated."""
         from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
-        from symoro_elastic.analysis.simulation.exact_following import follow, follows_exactly
-        from symoro_elastic.analysis.simulation.simulate import simulate
+        from symoro_elastic.analysis.simulation.simulate import follow, follows_exactly, simulate
 
         steps = self.integration
         if follows_exactly(reference):

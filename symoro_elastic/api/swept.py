@@ -151,13 +151,13 @@ class SweptControl(SweptVibration):
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
         """Return the results at a point."""
-        from symoro_elastic.analysis.control.figures import control_figures
+        from symoro_elastic.analysis.control.control import control_figures
 
         return control_figures(self.control(values, positions))
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""
-        from symoro_elastic.analysis.control.figures import unit_of
+        from symoro_elastic.analysis.control.control import unit_of
 
         return unit_of(figure, self.motion.given)
 

@@ -17,7 +17,7 @@ from symoro_elastic.analysis.ladder.feed_forward import FedMeasurement, FeedForw
 from symoro_elastic.analysis.ladder.predicted_rungs import Prediction
 from symoro_elastic.analysis.ladder.reduced import Goal, Purpose, reduced_for
 from symoro_elastic.analysis.ladder.rungs import Asked, prediction_of
-from symoro_elastic.analysis.simulation.prediction.stability import poles
+from symoro_elastic.analysis.simulation.prediction.step_error import poles
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.prescribed_motion import Bandwidth

@@ -22,8 +22,7 @@ from symoro_elastic.analysis.ladder.greedy import backward_greedy
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.resolution import resolved_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations
-from symoro_elastic.analysis.simulation.prediction.stability import largest_stable_step, poles
-from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors
+from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, largest_stable_step, poles
 from symoro_elastic.codegen.integration.tableaus import METHODS
 from tests.analysis.ladder.generated_steps import stepped_motion, with_steps
 from tests.analysis.ladder.scenes import Scene, many

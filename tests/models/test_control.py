@@ -73,7 +73,7 @@ def linear(**changes: Any) -> Drive:
 def test_its_linear_map_is_that_of_control(one: Drive) -> None:
     """Markov parameters from velocity and position to torque: those of backward Euler and Tustin by matrices."""
     code, cascade = Code(controlled(motor=one)), cascade_of(Joint("motor", 0, Kind.MOTOR, 0, "q1"), one, {}, "file")
-    law = VelocityLaw.of(cascade, PERIOD, "file")
+    law = VelocityLaw.of(cascade, PERIOD, "file").law
     expected = impulse(law.A, law.B, law.C, law.D, 60)
     size = np.abs(expected).max()
     for name, factor in (("speed", -1.0), ("measured", -60.0)):
@@ -84,7 +84,7 @@ def test_set_points_pass_their_filter_and_feed_forward_the_filters_of_the_torque
     """F, then kfv and kfa, by systems in states of their own."""
     one = linear()
     code, cascade = Code(controlled(motor=one)), cascade_of(Joint("motor", 0, Kind.MOTOR, 0, "q1"), one, {}, "file")
-    law = VelocityLaw.of(cascade, PERIOD, "file")
+    law = VelocityLaw.of(cascade, PERIOD, "file").law
     assert isinstance(cascade.set_point, Biquad)
     before = by_tustin(biquad_system(cascade.set_point), cascade.set_point.w, PERIOD)
     filtered = impulse(before.A, before.B, before.C, before.D, 60)

@@ -80,6 +80,11 @@ class Branch:
         at = np.searchsorted(self.frequencies, more)
         return Branch(self.of, np.insert(self.frequencies, at, more), np.insert(self.values, at, self.at(more)))
 
+    def with_extreme(self, period: Array, sign: float) -> Branch:
+        """Return three neighbours of a branch, and the frequency among them where `waves` times a sign peaks."""
+        _, place = refined_minimum(lambda f: -sign * self.waves(f, self.at(f), period), self.frequencies, 1)
+        return self if place in self.frequencies else self.with_more(np.array([place]))
+
     def waves(self, f: Array, values: ComplexArray, periods: Array) -> Array:
         """Return w T/(2 pi) - a/pi - 1/2, an integer at a border, for values at frequencies."""
         return np.asarray(f * periods - np.angle(-values) / np.pi - 0.5)
@@ -202,12 +207,5 @@ def _solve_turns(best: Borders, branch: Branch, periods: Array) -> None:
     turns = (before * after < 0) & (np.floor(middle) != np.floor(beyond)) & (highest <= 0)
     for i, k in np.argwhere(turns & (lowest < best.reals[:, None])):
         period, sign = periods[i : i + 1], float(np.sign(before[i, k]))
-        near = Branch(branch.of, f[k : k + 3], branch.values[k : k + 3])
-        near = _with_extreme(near, period, sign)
+        near = Branch(branch.of, f[k : k + 3], branch.values[k : k + 3]).with_extreme(period, sign)
         _solve(Borders(best.reals[i : i + 1], best.frequencies[i : i + 1]), near, period, _crossings(near, period))
-
-
-def _with_extreme(branch: Branch, period: Array, sign: float) -> Branch:
-    """Return three neighbours of a branch, and the frequency among them where `waves` times a sign peaks."""
-    _, place = refined_minimum(lambda f: -sign * branch.waves(f, branch.at(f), period), branch.frequencies, 1)
-    return branch if place in branch.frequencies else branch.with_more(np.array([place]))

@@ -76,20 +76,24 @@ class Biquad:
 
 
 @dataclass(frozen=True)
-class FirstOrder:
-    """1/(1 + T s): a lag, or a low-pass filter of order 1."""
+class Timed:
+    """An element with one number, its `time`, s."""
 
     name: str
     time: float
-
-    def at(self, s: ComplexArray) -> ComplexArray:
-        """Return the frequency response at s."""
-        return 1 / (1 + self.time * s)
 
     @property
     def labels(self) -> dict[str, str]:
         """The name of its time, by field."""
         return {"time": self.name}
+
+
+class FirstOrder(Timed):
+    """1/(1 + T s): a lag, or a low-pass filter of order 1."""
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return the frequency response at s."""
+        return 1 / (1 + self.time * s)
 
 
 @dataclass(frozen=True)
@@ -133,29 +137,16 @@ class CurrentLoop:
         return (self.inductance * s + self.resistance + self.kp) * self.ti * s + self.kp
 
 
-@dataclass(frozen=True)
-class DeadTime:
+class DeadTime(Timed):
     """e^(-s Td)."""
-
-    name: str
-    time: float
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """Return the frequency response at s."""
         return np.exp(-s * self.time)
 
-    @property
-    def labels(self) -> dict[str, str]:
-        """The name of its time, by field."""
-        return {"time": self.name}
 
-
-@dataclass(frozen=True)
-class Hold:
+class Hold(Timed):
     """(1 - e^(-s T))/(s T): a torque that is held over a period."""
-
-    name: str
-    time: float
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """Return the frequency response at s."""
@@ -163,11 +154,6 @@ class Hold:
         small = np.abs(turned) < 1e-6
         exact = -np.expm1(-turned) / np.where(small, 1, turned)
         return np.where(small, 1 - turned / 2, exact)
-
-    @property
-    def labels(self) -> dict[str, str]:
-        """The name of its time, by field."""
-        return {"time": self.name}
 
 
 @dataclass(frozen=True)
@@ -356,7 +342,9 @@ def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: 
         electrics = joint.reflected_electrics
         formulas |= {key: getattr(electrics, key) for key in (*NEEDED, "back_emf")}
         numbers |= {key: formulas[key].value(values) for key in (*NEEDED, "back_emf")}
-        _refuse_no_winding(joint, values, source)
+        for key in NEEDED:
+            if not (x := getattr(joint.electrics, key).value(values)) > 0:
+                raise InputError(source, f"motors, {motor}, {key}", f"{x:g} is not above zero")
     tuned_gains = tuple(key for key in GAINS if getattr(drive, key) is TUNED)
     gains = {key: numbers.get(key, np.nan) for key in GAINS}
     if drive.Tn is None:
@@ -416,12 +404,6 @@ def _path(drive: Drive, numbers: Mapping[str, float]) -> Iterator[Element]:
         both = Kt * (numbers["back_emf"] if numbers["back_emf"].real else Kt)
         loop = (numbers["current, kp"], numbers["current, ti"], numbers["resistance"], numbers["inductance"])
         yield CurrentLoop(*loop, both * (1 - share), compensated=both * share)
-
-
-def _refuse_no_winding(joint: Joint, values: Mapping[str, float], source: str) -> None:
-    for key in NEEDED:
-        if not (x := getattr(joint.electrics, key).value(values)) > 0:
-            raise InputError(source, f"motors, {joint.name}, {key}", f"{x:g} is not above zero")
 
 
 def _filter(stage: Filter, place: str, numbers: Mapping[str, float]) -> Biquad | FirstOrder:

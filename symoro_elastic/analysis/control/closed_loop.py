@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
-from symoro_elastic.analysis.control.drive_laws import RD, RDD, TAU, XD, R, law_of
+from symoro_elastic.analysis.control.drive_laws import RD, RDD, TAU, XD, DriveLaw, R, law_of
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
@@ -71,8 +71,8 @@ class ClosedLoop:
 def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) -> ClosedLoop:
     """Return the system of a plant with the loops of drives closed; `of_delay` Pade elements per dead time."""
     linear, N = plant.linear, plant.free
-    n, parts = N.shape[1], [drive_system(cascade, of_delay) for cascade in cascades]
-    total = 2 * n + sum(len(part.A) for part in parts)
+    n, laws = N.shape[1], [linear_law(cascade, of_delay) for cascade in cascades]
+    total = 2 * n + sum(len(law.A) for law in laws)
     inverse = np.linalg.inv(N.T @ linear.M @ N)
     A = np.zeros((total, total))
     A[:n, n : 2 * n] = np.eye(n)
@@ -80,56 +80,28 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
     columns = tuple(np.zeros((total, len(cascades))) for _ in range(3))
     by_force = np.vstack([np.zeros((n, len(N))), inverse @ N.T, np.zeros((total - 2 * n, len(N)))])
     first = 2 * n
-    for k, (drive, part) in enumerate(zip(cascades, parts, strict=True)):
-        axis, own = plant.axes[drive.motor], slice(first, first + len(part.A))
+    for k, (drive, law) in enumerate(zip(cascades, laws, strict=True)):
+        axis, own, B, D = plant.axes[drive.motor], slice(first, first + len(law.A)), law.B, law.D
         position, velocity = axis.position @ N, axis.velocity @ N
-        feedback_rows = np.concatenate([position, velocity])
-        A[own, own] = part.A
-        A[own, :n] -= np.outer(part.by_position, position)
-        A[own, n : 2 * n] -= np.outer(part.by_velocity, velocity)
         push = inverse @ velocity
-        A[n : 2 * n, own] = np.outer(push, part.C)
-        gains = np.repeat([part.through[0], part.through[1]], n)
-        A[n : 2 * n, : 2 * n] -= np.outer(push, gains * feedback_rows)
-        rates = (part.by_position, part.by_set_velocity, part.by_set_acceleration)
-        for column, into, through in zip(columns, rates, part.of_set_point, strict=True):
-            column[own, k] += into
-            column[n : 2 * n, k] += push * through
+        A[own, own] = law.A
+        A[own, : 2 * n] -= np.hstack([np.outer(B[:, R], position), -np.outer(B[:, XD], velocity)])
+        A[n : 2 * n, own] = np.outer(push, law.C)
+        A[n : 2 * n, : 2 * n] -= np.outer(push, np.concatenate([D[R] * position, -D[XD] * velocity]))
+        for column, u in zip(columns, (R, RD, RDD), strict=True):
+            column[own, k] += B[:, u]
+            column[n : 2 * n, k] += push * D[u]
         if drive.torque_forward:
             rows = [[*plant.axes].index(name) for name in (drive.motor, *(x.motor for x in cascades))]
             for column, needed in zip(columns, reversed(plant.of_inverse_model), strict=True):
                 by = needed[rows[0], rows[1:]]
-                column[own] += np.outer(part.by_torque, by)
-                column[n : 2 * n] += np.outer(push * part.through_torque, by)
+                column[own] += np.outer(B[:, TAU], by)
+                column[n : 2 * n] += np.outer(push * D[TAU], by)
         first = own.stop
     motors = tuple(drive.motor for drive in cascades)
     return ClosedLoop(A, (columns[0], columns[1], columns[2]), by_force, motors, N)
 
 
-@dataclass(frozen=True)
-class DriveSystem:
-    """A drive as a linear system: columns of r - p, -v and the set point's rates, and direct terms to the torque."""
-
-    A: Array
-    C: Array
-    by_position: Array
-    by_velocity: Array
-    by_set_velocity: Array
-    by_set_acceleration: Array
-    through: tuple[float, float]
-    of_set_point: tuple[float, float, float]
-    by_torque: Array
-    through_torque: float
-
-
-def drive_system(drive: Cascade, of_delay: int = 1) -> DriveSystem:
-    """Return a drive without limits and without the filter of its set point, as a linear system."""
-    law = law_of(replace(drive, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)
-    B, D = law.B, law.D
-    return DriveSystem(
-        *(law.A, law.C, B[:, R], -B[:, XD], B[:, RD], B[:, RDD]),
-        through=(D[R], -D[XD]),
-        of_set_point=(D[R], D[RD], D[RDD]),
-        by_torque=B[:, TAU],
-        through_torque=float(D[TAU]),
-    )
+def linear_law(drive: Cascade, of_delay: int = 1) -> DriveLaw:
+    """Return the law of a drive without limits and without the filter of its set point."""
+    return law_of(replace(drive, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)

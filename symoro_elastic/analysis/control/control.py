@@ -12,7 +12,7 @@ dZ/ds and dL/df are means over a small circle (Cauchy), as all loops are analyti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -165,12 +165,29 @@ class Control(Result):
         return tuple(closed_loop(plant, self.cascades) for plant in self.plants)
 
     def to_control(self, place: int = 0) -> dict[str, Any]:
-        """Return `closed`, all loops as a `control.StateSpace`, and open loops as frequency responses, by name.
+        """Return `closed`, a `control.StateSpace`, and open loops as `control.FrequencyResponseData`, by name.
 
-        Of the position of this number. Raises `InputError` without python-control.
+        Of the position of this number. `closed` has set points and their two rates by motor, forces at the outputs;
+        positions that are controlled, and outputs; dead times are approximations of Pade of order 2 in it.
+        `motor_x velocity` and `motor_x position` are exact. Raises `InputError` without python-control.
         """
-        outputs = [compliance.output for compliance in self.places[place].compliances]
-        return systems_for_control(self.plants[place], self.cascades, outputs)
+        package = import_optional("control", "systems for python-control", "control")
+        plant, drives, loop = self.plants[place], self.cascades, self.loops[place]
+        names = [compliance.output for compliance in self.places[place].compliances]
+        rows = np.array([position_row(plant.linear, name) for name in names]).reshape(len(names), -1)
+        columns = [column[:, k] for k in range(len(drives)) for column in loop.by_set_point]
+        B = np.column_stack([*columns, loop.by_force @ rows.T])
+        output_rows = np.vstack([[plant.axes[drive.motor].position for drive in drives], rows]) @ plant.free
+        C = np.hstack([output_rows, np.zeros((len(output_rows), len(loop.A) - output_rows.shape[1]))])
+        inputs = [f"{drive.motor}.{key}" for drive in drives for key in SET_POINTS]
+        inputs += [f"{name} force" for name in names]
+        outputs = [*(f"{drive.motor}.position" for drive in drives), *names]
+        D = np.zeros((len(C), B.shape[1]))
+        systems = {"closed": package.ss(loop.A, B, C, D, inputs=labels(inputs), outputs=labels(outputs))}
+        for loops in loops_of(plant, drives):
+            for name, values in loops.open_loops(loops.frequencies).items():
+                systems[f"{loops.cascade.motor} {name}"] = package.frd(values, 2 * np.pi * loops.frequencies)
+        return systems
 
     def margin_slopes(self, motor: str, loop: str = "position", place: int = 0) -> MarginSlopes:
         """Return how the margins of a loop, position or velocity, of an axis change with parameters and its drive.
@@ -261,16 +278,13 @@ def _axis(loops: AxisLoops, loop: ClosedLoop, distances: Distances) -> AxisContr
     bandwidth, in_phase = _bandwidths(loops, grid)
     motion = loops.plant.linear.motion
     joint = motion.machine.motor_joints[motion.motor_names.index(loops.cascade.motor)]
-    limits = (
-        _limit(loops, "Kp", largest_Kp(loops, distances.velocity), distances.velocity),
-        _limit(loops, "Kv", largest_Kv(loops, distances.position), distances.position),
+    gains = (
+        ("Kp", distances.velocity, largest_Kp(loops, distances.velocity)),
+        ("Kv", distances.position, largest_Kv(loops, distances.position)),
     )
+    limits = tuple(Limit(*gain, influences(loops, gain[0], gain[2]) if gain[2] else {}) for gain in gains)
     error = loop.velocity_error(loops.cascade.motor, loops.axis.position) + loops.cascade.set_point_delay
     return AxisControl(joint, loops.cascade, velocity, position, bandwidth, in_phase, error, limits)
-
-
-def _limit(loops: AxisLoops, key: str, largest: LargestGain | None, distance: float) -> Limit:
-    return Limit(key, distance, largest, influences(loops, key, largest) if largest else {})
 
 
 def _bandwidths(loops: AxisLoops, grid: Array) -> tuple[float, float]:
@@ -301,31 +315,6 @@ def unit_of_compliance(machine: Machine, output: str) -> str:
     return "rad/(N m)" if output_unit(machine, output) == "rad" else "m/N"
 
 
-def systems_for_control(plant: Plant, drives: Sequence[Cascade], names: Sequence[str]) -> dict[str, Any]:
-    """Return `closed`, a `control.StateSpace`, and open loops as `control.FrequencyResponseData`, at a position.
-
-    `closed` has set points and their two rates by motor, forces at the outputs; positions that are
-    controlled, and outputs; dead times are approximations of Pade of order 2 in it. `motor_x velocity` and
-    `motor_x position` are exact.
-    Raises `InputError` without python-control.
-    """
-    package = import_optional("control", "systems for python-control", "control")
-    loop = closed_loop(plant, drives)
-    rows = np.array([position_row(plant.linear, name) for name in names]).reshape(len(names), -1)
-    columns = [column[:, k] for k in range(len(drives)) for column in loop.by_set_point]
-    B = np.column_stack([*columns, loop.by_force @ rows.T])
-    output_rows = np.vstack([[plant.axes[drive.motor].position for drive in drives], rows]) @ plant.free
-    C = np.hstack([output_rows, np.zeros((len(output_rows), len(loop.A) - output_rows.shape[1]))])
-    inputs = [f"{drive.motor}.{key}" for drive in drives for key in SET_POINTS] + [f"{name} force" for name in names]
-    outputs = [*(f"{drive.motor}.position" for drive in drives), *names]
-    D = np.zeros((len(C), B.shape[1]))
-    systems = {"closed": package.ss(loop.A, B, C, D, inputs=labels(inputs), outputs=labels(outputs))}
-    for loops in loops_of(plant, drives):
-        for name, values in loops.open_loops(loops.frequencies).items():
-            systems[f"{loops.cascade.motor} {name}"] = package.frd(values, 2 * np.pi * loops.frequencies)
-    return systems
-
-
 @dataclass(frozen=True)
 class MarginSlopes:
     """p d/dp of the margins of an open loop, by name of p: of ln modulus, of the phase in deg, of ln gain.
@@ -345,8 +334,9 @@ def margin_slopes(loops: AxisLoops, key: str, margins: Margins) -> MarginSlopes:
     def at(f: float, of: Callable[[complex, complex, complex], float]) -> dict[str, float]:
         if not np.isfinite(f):
             return {}
-        L, by_f = complex(loop(np.array([f]))[0]), _slope(loop, complex(f))
-        return {name: of(L, by_f, change) for name, change in _slopes_of_loop(loops, key, f).items()}
+        L, by_f, gain = complex(loop(np.array([f]))[0]), _slope(loop, complex(f)), getattr(loops.cascade, key)
+        slopes = loop_slopes(loops, key, f, lambda drive, *G: getattr(drive, key) * over_gain(key, drive, *G), gain)
+        return {name: of(L, by_f, change) for name, change in slopes.items()}
 
     def of_phase(L: complex, by_f: complex, change: complex) -> float:
         moved = -(change / L).real / (by_f / L).real
@@ -362,12 +352,6 @@ def margin_slopes(loops: AxisLoops, key: str, margins: Margins) -> MarginSlopes:
     )
 
 
-def _slopes_of_loop(loops: AxisLoops, key: str, frequency: float) -> dict[str, complex]:
-    """Return p dL/dp by name p, gains among them."""
-    gain = getattr(loops.cascade, key)
-    return loop_slopes(loops, key, frequency, lambda drive, *G: getattr(drive, key) * over_gain(key, drive, *G), gain)
-
-
 def pole_slopes(plant: Plant, cascades: Sequence[Cascade], near: complex) -> tuple[complex, dict[str, complex]]:
     """Return the pole of `closed_loop` next to `near`, with exact dead times, and its p ds/dp by name p, 1/s.
 
@@ -376,7 +360,8 @@ def pole_slopes(plant: Plant, cascades: Sequence[Cascade], near: complex) -> tup
     s, polished = near, near
     for _ in range(POLISHED):
         s = polished
-        y, x = _null_vectors(plant.stiffness_at(np.array([s]), cascades)[0])
+        U, _, right = np.linalg.svd(plant.stiffness_at(np.array([s]), cascades)[0])
+        y, x = U[:, -1].conj(), right[-1].conj()  # y^T Z and Z x nearly vanish
 
         def along(at: ComplexArray, y: ComplexArray = y, x: ComplexArray = x) -> ComplexArray:
             return np.asarray(plant.stiffness_at(at, cascades) @ x @ y)
@@ -388,12 +373,6 @@ def pole_slopes(plant: Plant, cascades: Sequence[Cascade], near: complex) -> tup
     none = np.zeros(len(plant.free))
     work = plant.work_slopes(s, cascades, plant.free @ y, plant.free @ x, (none, none))
     return s, {name: -change / by_s for name, change in work.items()}
-
-
-def _null_vectors(Z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Return y and x of the least singular value: y^T Z and Z x nearly vanish."""
-    U, _, right = np.linalg.svd(Z)
-    return U[:, -1].conj(), right[-1].conj()
 
 
 def _slope(of: Callable[[ComplexArray], ComplexArray], middle: complex) -> complex:
@@ -450,3 +429,40 @@ def small_time(element: Element) -> float:
     if isinstance(element, Biquad):
         return 2 * (element.below - (0.0 if element.low else element.above)) / element.w
     return element.time / 2 if isinstance(element, Hold) else element.time
+
+
+# Results of drives by name, for sweeps: margins, bandwidth, following error, largest gains, compliances.
+def control_figures(control: Control) -> dict[str, float]:
+    """Return the results of a machine at its first position, by names as "motor_x: position_modulus".
+
+    Margins are 0 where the loops are unstable. `behind` is in s, frequencies in Hz, `growth` in 1/s.
+    """
+    place = control.places[0]
+    figures: dict[str, float] = {}
+    for axis in place.axes:
+        figures |= {f"{axis.motor}: {name}": x for name, x in _of_axis(axis, place.growth <= 0)}
+    for compliance in place.compliances:
+        figures |= {f"{compliance.output}: at_rest": compliance.static, f"{compliance.output}: peak": compliance.peak}
+        figures |= {f"{compliance.output}: peak_frequency": compliance.frequency}
+    return {**figures, "growth": place.growth}
+
+
+def _of_axis(axis: AxisControl, is_stable: bool) -> Iterator[tuple[str, float]]:
+    for loop, of_loop in (("velocity", axis.velocity), ("position", axis.position)):
+        for name in ("modulus", "phase", "gain"):
+            yield f"{loop}_{name}", getattr(of_loop, name) if is_stable else 0.0
+    yield from (("bandwidth", axis.bandwidth), ("behind", axis.velocity_error))
+    for limit in axis.limits:
+        yield f"largest_{limit.key}", limit.largest.gain if limit.largest else 0.0
+
+
+UNITS = {"phase": "deg", "bandwidth": "Hz", "peak_frequency": "Hz", "growth": "1/s", "behind": "s"}
+"""Of a figure, by what its name ends with; compliances and gains have that of their output and axis."""
+
+
+def unit_of(figure: str, machine: Machine) -> str:
+    """Return the unit of a result by its name; empty for a pure number."""
+    output, _, name = figure.rpartition(": ")
+    if name in ("at_rest", "peak"):
+        return unit_of_compliance(machine, output)
+    return next((unit for end, unit in UNITS.items() if figure.endswith(end)), "")

@@ -101,9 +101,8 @@ def refuse_wrong(cut: Cut, speeds: Array, machine: Machine) -> None:
     along = _signal(machine, "--direction", cut.direction)
     if cut.milling:
         across = _signal(machine, "--across", cut.milling.across)
-        if across == along or (
-            isinstance(along, FrameSignal) and isinstance(across, FrameSignal) and (across.component == along.component)
-        ):
+        components = [x.component for x in (along, across) if isinstance(x, FrameSignal)]
+        if across == along or (len(components) == 2 and components[0] == components[1]):
             what = f"{across.name} is along {along.name}, the feed: name an output at right angles to it"
             raise InputError(source, "--across", what)
     else:
@@ -128,7 +127,6 @@ def _signal(machine: Machine, option: str, name: str) -> Signal:
     with reported_places({"--output": option}):
         (signal,) = outputs(machine, [name])
         if output_unit(machine, name) != "m":
-            raise InputError(
-                machine.label, option, f"{signal.name} is not a displacement in m: name one, such as tool.x"
-            )
+            what = f"{signal.name} is not a displacement in m: name one, such as tool.x"
+            raise InputError(machine.label, option, what)
     return signal

@@ -25,7 +25,6 @@ from symoro_elastic.analysis.control.cascade import (
     Element,
     FirstOrder,
     System,
-    biquad_system,
     current_system,
     first_order_system,
     system_of,
@@ -129,7 +128,7 @@ class _Wiring:
         if shaper is None:
             return r, rd, rdd
         first = self.used
-        rf = self.through(_of_set_point(shaper), r)
+        rf = self.through(system_of((shaper,)), r)
         rfd = self.rates[first].copy()
         over = 1 / shaper.time
         return rf, rfd, over * (self.rates[first + 1] if isinstance(shaper, Biquad) else rd - rfd)
@@ -141,7 +140,7 @@ def law_of(drive: Cascade, of_delay: int = 1) -> DriveLaw:
     assert shaped is None or isinstance(shaped, Biquad | FirstOrder)
     before_limit, behind_it = parts_of_path(drive)
     ahead, behind = system_of(before_limit), system_of(behind_it, of_delay)
-    before = 0 if shaped is None else len(_of_set_point(shaped).A)
+    before = 0 if shaped is None else len(system_of((shaped,)).A)
     integral = int(drive.Tn < np.inf)
     electric = 2 if drive.current else 0
     n = before + integral + len(ahead.A) + len(behind.A) + electric
@@ -169,7 +168,8 @@ def law_of(drive: Cascade, of_delay: int = 1) -> DriveLaw:
 
 def parts_of_path(drive: Cascade) -> tuple[tuple[Element, ...], tuple[Element, ...]]:
     """Return the elements of the torque path before the limit (filters) and after it, up to the winding."""
-    ahead = tuple(x for x in drive.path if drive.torque_limit < np.inf and _is_filter(x))
+    filters = [x for x in drive.path if isinstance(x, Biquad) or (isinstance(x, FirstOrder) and x.name != CURRENT)]
+    ahead = tuple(filters if drive.torque_limit < np.inf else ())
     return ahead, tuple(x for x in drive.path if x not in (*ahead, drive.current))
 
 
@@ -192,15 +192,7 @@ def current_loop(drive: Cascade, lag: float) -> DriveLaw:
     return of.law(tau, 0 * wanted, voltage, np.array([np.inf, drive.voltage_limit]), steady, np.full(n, drive.Kp))
 
 
-def _is_filter(element: Element) -> bool:
-    return isinstance(element, Biquad) or (isinstance(element, FirstOrder) and element.name != CURRENT)
-
-
 _INTEGRAL = System(np.zeros((1, 1)), np.ones(1), np.ones(1), 0.0)
-
-
-def _of_set_point(shaper: Biquad | FirstOrder) -> System:
-    return biquad_system(shaper) if isinstance(shaper, Biquad) else first_order_system(shaper)
 
 
 def _steady(shaper: Biquad | FirstOrder) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
+from symoro_elastic.analysis.control.cascade import GAINS, Cascade, cascade_of
 from symoro_elastic.analysis.control.optimum import optimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, position_row
 from symoro_elastic.analysis.control.tuning import Tuning, tuned_cascades
@@ -54,7 +54,9 @@ def driven_machine(
     joints = {joint.name: joint for joint in motion.driven.joints}
     cascades = [cascade_of(joints[name], drive, motion.numbers, motion.source) for name, drive in drives.items()]
     if tuning.all_gains:
-        cascades = [_with_all_gains_tuned(cascade, drives[cascade.motor]) for cascade in cascades]
+        for k, cascade in enumerate(cascades):
+            keys = ("Kp", "Kv") if drives[cascade.motor].Tn is None else GAINS  # without integral part it stays so
+            cascades[k] = replace(cascade.with_gains(**dict.fromkeys(keys, np.nan)), tuned_gains=keys)
     plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)
     for plant in plants:
         _refuse_free(plant)
@@ -78,12 +80,6 @@ def refuse_without_drives(motion: EquationsOfMotion) -> None:
     example = f'{motors[0]} = {{ Kv = "tuned", Kp = "tuned", Tn = "tuned", dead_time = 1.5e-4 }}' if motors else ""
     what = f"no motor has one: write {example} below [drives]" if motors else "the machine has no motor"
     raise InputError(motion.source, "drives", what)
-
-
-def _with_all_gains_tuned(cascade: Cascade, drive: Drive) -> Cascade:
-    """Return a cascade with all gains to be tuned; one without integral part stays so."""
-    keys = ("Kp", "Kv") if drive.Tn is None else ("Kp", "Tn", "Kv")
-    return replace(cascade.with_gains(**dict.fromkeys(keys, np.nan)), tuned_gains=keys)
 
 
 def default_compliances(machine: Machine) -> tuple[str, ...]:

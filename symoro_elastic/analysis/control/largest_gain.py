@@ -23,8 +23,8 @@ EXACT = 1e-12
 """Relative error of the critical frequency."""
 FAR = 1e100
 """A gain that nothing limits, while the minimum is searched: its square is a number."""
-TRIED, NARROWER, MOST_TURNS, SMOOTH = 17, 8, 16, 2
-"""Places at a time between neighbours, how much narrower their interval gets, how often at most, and how often before a
+TRIED, MOST_TURNS, SMOOTH = 17, 16, 2
+"""Places at a time between neighbours, which narrow their interval by 8, how often at most, and how often before a
 polynomial may be taken."""
 FLAT, SAME, NEWTON = 1e-4, 1e-13, 8
 """Of the least value: what its neighbours may be above it where a polynomial is taken, and what rounding is; steps."""
@@ -80,7 +80,8 @@ def largest_gain(
     above = None
     for lower, upper in [*between, *([top] if np.isnan(high[-1]) else [])]:
         if upper > (1 + LEAST) * lower:
-            if is_stable(_inside(lower, upper)):
+            inside = float(np.sqrt(lower * upper)) or upper / 2
+            if is_stable(inside if upper < np.inf else 2 * lower or 1.0):
                 above = lower
             elif above is not None:
                 break
@@ -89,13 +90,6 @@ def largest_gain(
     if above == top[0]:
         return LargestGain(np.inf, np.nan)
     return _least_lower_end(terms, frequencies, low, modulus, above)
-
-
-def _inside(lower: float, upper: float) -> float:
-    """Return a gain inside a gap."""
-    if upper == np.inf:
-        return 2 * lower or 1.0
-    return float(np.sqrt(lower * upper)) or upper / 2
 
 
 def _least_lower_end(
@@ -109,7 +103,8 @@ def _least_lower_end(
         ends, _ = forbidden(*terms(f), modulus)
         return np.where(ends > above, ends, FAR)
 
-    dips = [k for k in range(len(low)) if np.isfinite(candidates[k]) and candidates[k] <= _beside(candidates, k)]
+    ends = np.concatenate([candidates[:1], candidates, candidates[-1:]])
+    dips = np.flatnonzero(np.isfinite(candidates) & (candidates <= np.minimum(ends[:-2], ends[2:]))).tolist()
     for k in sorted(dips, key=lambda k: float(candidates[k]))[:3]:
         value, frequency = refined_minimum(lower_ends, frequencies, k)
         if value < best.gain:
@@ -120,7 +115,7 @@ def _least_lower_end(
 def refined_minimum(of: Callable[[Array], Array], frequencies: Array, k: int) -> tuple[float, float]:
     """Return the least value between the neighbours of frequency k, and its frequency.
 
-    Several places are tried at a time, the interval gets narrower by `NARROWER`, until a polynomial of degree 4 through
+    Several places are tried at a time, the interval gets narrower by 8, until a polynomial of degree 4 through
     the five that are nearest is right: its lowest place is more exact than differences of values. Where values
     jump, the interval gets narrower as far as numbers do.
     """
@@ -154,8 +149,3 @@ def _lowest_of_polynomial(x: Array, values: Array) -> float:
             break
         place = float(np.clip(place - slope(place) / bend(place), x[0], x[4]))
     return float(place)
-
-
-def _beside(values: Array, k: int) -> float:
-    """Return the smaller neighbour of a value."""
-    return float(min(values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]))

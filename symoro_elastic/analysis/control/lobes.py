@@ -236,14 +236,17 @@ class _Tool:
     cascades: tuple[Cascade, ...]
     cut: Cut
 
+    @property
+    def _signs(self) -> list[list[tuple[float, str]]]:
+        """Signs and names of the forces, and of the deflections."""
+        return [[sign_and_name(name) for name in names] for names in (self.cut.forces, self.cut.deflections)]
+
     @cached_property
     def rows(self) -> tuple[Array, Array]:
         """Rows (m, n) of the directions of the forces, and of the deflections."""
-        signs = [[sign_and_name(name) for name in names] for names in (self.cut.forces, self.cut.deflections)]
-        forces, deflections = (
-            np.array([sign * position_row(self.plant.linear, name) for sign, name in pairs]) for pairs in signs
-        )
-        return forces, deflections
+        linear = self.plant.linear
+        F, C = (np.array([sign * position_row(linear, name) for sign, name in pairs]) for pairs in self._signs)
+        return F, C
 
     @cached_property
     def mean(self) -> Array:
@@ -278,17 +281,15 @@ class _Tool:
         values, right = np.linalg.eig(matrix)
         k = int(values.real.argmin())
         left_vector, right = -(np.linalg.inv(right)[k] @ self.mean), right[:, k]
-        of_forces, of_rows = self._row_slopes
+        of_forces, of_rows = (self._slopes(pairs) for pairs in self._signs)
         row, force = Row(left_vector @ rows, left_vector @ of_rows), Row(right @ forces, right @ of_forces)
         slopes = response_slopes(self.plant, complex(s[0]), self.cascades, row, force)
         repeated_names = {name for drive in self.cascades for name in drive.repeated_names}
         return {name: float(-x.real / values[k].real) for name, x in slopes.items() if x and name not in repeated_names}
 
-    @property
-    def _row_slopes(self) -> list[Array]:
-        """Derivatives (p, m, n) of the rows of forces and deflections by parameters."""
-        signs = [[sign_and_name(name) for name in names] for names in (self.cut.forces, self.cut.deflections)]
-        return [np.stack([sign * self.plant.signal(name).slopes for sign, name in pairs], axis=1) for pairs in signs]
+    def _slopes(self, pairs: list[tuple[float, str]]) -> Array:
+        """Derivatives (p, m, n) of rows of signals, by parameters."""
+        return np.stack([sign * self.plant.signal(name).slopes for sign, name in pairs], axis=1)
 
 
 @dataclass(frozen=True)

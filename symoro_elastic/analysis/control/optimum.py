@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -66,18 +66,9 @@ class Optimum:
 
     def summary(self, outputs: Sequence[str]) -> str:
         """Return a line about the peak before and after."""
-        change = (
-            f"{MICRO * self.peak:.4g} um/N or urad/(N m), {MICRO * self.before:.4g} where gains are tuned one by one"
-        )
-        return f"optimum of {', '.join(drive.motor for drive in self.cascades)}: peak of {', '.join(outputs)} {change}"
-
-
-@dataclass(frozen=True)
-class _Extremes:
-    """Logarithms of extremes (n,) and their slopes (n, gains)."""
-
-    values: Array
-    slopes: Array
+        change = f"{MICRO * self.peak:.4g} um/N or urad/(N m), {MICRO * self.before:.4g}"
+        subject = f"optimum of {', '.join(drive.motor for drive in self.cascades)}: peak of {', '.join(outputs)}"
+        return f"{subject} {change} where gains are tuned one by one"
 
 
 def optimum(
@@ -246,17 +237,11 @@ class _Closed:
         return slopes
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """A point of the search: the logarithm of the largest peak, and the largest violation of a margin."""
+class _Judged(NamedTuple):
+    """A point of the search: the logarithm of the largest peak, and that plus the penalty of violated margins."""
 
     peak: float
-    short: float
-
-    @property
-    def merit(self) -> float:
-        """Merit function: the peak plus the penalty of violated margins."""
-        return self.peak + PRICE * self.short
+    merit: float
 
 
 @dataclass
@@ -309,10 +294,11 @@ class _Search:
         """Return the peak and the distances at gains x."""
         rows = self._rows(self.drives(x))
         short = max(-min(float(d.min()) for _, distances, _ in rows for d in distances), 0.0)
-        return _Judged(max(float(c.max()) for _, _, peaks in rows for c in peaks), short)
+        peak = max(float(c.max()) for _, _, peaks in rows for c in peaks)
+        return _Judged(peak, peak + PRICE * short)
 
-    def extremes(self, x: Array) -> tuple[_Extremes, _Extremes]:
-        """Return the least distances over required ones, and the largest compliances, with their slopes."""
+    def extremes(self, x: Array) -> tuple[list[Array], list[Array]]:
+        """Return logarithms (n,) and slopes (n, gains) of the least distances over required ones, and of peaks."""
         least: list[tuple[Array, Array]] = []
         largest: list[tuple[Array, Array]] = []
         rows = self._rows(self.drives(x))
@@ -326,8 +312,8 @@ class _Search:
                 at = _dips(-values, CLOSE_PEAK - top)
                 part = _Closed(closed.of.part(at), closed.cascades)
                 largest.append((values[at], part.compliance_slopes(o, self.keys)))
-        joined = [_Extremes(*map(np.concatenate, zip(*x, strict=True))) for x in (least, largest)]
-        return joined[0], joined[1]
+        of_distances, of_peaks = ([*map(np.concatenate, zip(*x, strict=True))] for x in (least, largest))
+        return of_distances, of_peaks
 
     def descend(self, x: Array, here: _Judged) -> tuple[Array, _Judged]:
         """Return the gains at which no step reduces the merit function, and their values."""
@@ -347,13 +333,11 @@ class _Search:
 
     def _step(self, x: Array, here: _Judged, radius: float, first: Array) -> tuple[Array, float]:
         """Return the step of the linear programme, and its predicted gain of merit."""
-        distances, peaks = self.extremes(x)
+        (distances, slopes_of_distances), (peaks, slopes_of_peaks) = self.extremes(x)
         n = len(x)
-        A = np.vstack([
-            np.hstack([peaks.slopes, -np.ones((len(peaks.values), 1)), np.zeros((len(peaks.values), 1))]),
-            np.hstack([-distances.slopes, np.zeros((len(distances.values), 1)), -np.ones((len(distances.values), 1))]),
-        ])  # fmt: skip
-        b = np.concatenate([-peaks.values, distances.values])
+        A = np.hstack([np.vstack([slopes_of_peaks, -slopes_of_distances]), np.zeros((len(peaks) + len(distances), 2))])
+        A[: len(peaks), n], A[len(peaks) :, n + 1] = -1, -1
+        b = np.concatenate([-peaks, distances])
         cost = np.concatenate([np.full(n, -TIE), [1.0, PRICE]])
         low, high = np.maximum(-radius, first - RANGE - x), np.minimum(radius, first + RANGE - x)
         bounds = [*zip(low, high, strict=True), (None, None), (0, None)]

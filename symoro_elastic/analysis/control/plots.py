@@ -50,9 +50,8 @@ def _(control: Control) -> dict[str, Plot | str]:
         axes = [loops[k] for loops in by_place]
         title = f"{control.machine}: open loops of {cascade.motor}"
         near = f"{title}, least distances to -1, circles: required ones"
-        draw = partial(
-            _bode, control, axes, [[place.axes[k].velocity, place.axes[k].position] for place in control.places]
-        )
+        margins = [[place.axes[k].velocity, place.axes[k].position] for place in control.places]
+        draw = partial(_bode, control, axes, margins)
         plots[f"open_loops_{cascade.motor}"] = Plot(f"{title}, with margins", draw, 2, size=(8.0, 5.5))
         plots[f"nyquist_{cascade.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
         largest = f"{control.machine}: sensitivity 1/|1 + L| of {cascade.motor}, horizontal lines: largest ones allowed"
@@ -89,10 +88,8 @@ def _lobes(lobes: Lobes, depth: Any, waves: Any) -> None:
 def plot_frequencies(axis: AxisLoops) -> Array:
     """Return the frequencies of drawn curves: those of the search, and some between."""
     coarse = axis.frequencies[axis.frequencies >= SLOWEST]
-    fine: Array = np.exp(
-        np.interp(np.arange((len(coarse) - 1) * BETWEEN + 1) / BETWEEN, range(len(coarse)), np.log(coarse))
-    )
-    return fine
+    places = np.arange((len(coarse) - 1) * BETWEEN + 1) / BETWEEN
+    return np.asarray(np.exp(np.interp(places, range(len(coarse)), np.log(coarse))))
 
 
 def decibels(x: Any) -> Array:
@@ -143,10 +140,8 @@ def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
     for k, axis in enumerate(axes):
         for name, L in axis.open_loops(plot_frequencies(axis)).items():
             plane.plot(L.real, L.imag, STYLES[name], color=curve(k)["color"], label=name if k == 0 else None)
-            nearest = L[np.argmin(np.abs(1 + L))]
-            plane.plot(
-                [-1, nearest.real], [0, nearest.imag], "o-", color=curve(k)["color"], markersize=3, linewidth=0.8
-            )
+            nearest, look = L[np.argmin(np.abs(1 + L))], {"markersize": 3, "linewidth": 0.8}
+            plane.plot([-1, nearest.real], [0, nearest.imag], "o-", color=curve(k)["color"], **look)
     plane.plot([-1], [0], "+", color=shades().ink, markersize=8)
     plane.set_xlim(-1 - FURTHEST, -1 + FURTHEST)
     plane.set_ylim(-FURTHEST, FURTHEST)

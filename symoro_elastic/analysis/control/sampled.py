@@ -110,7 +110,7 @@ def _hold_columns(A: Array, B: Array, dead_times: Sequence[float], period: float
 def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[VelocityLaw], period: float) -> Array:
     """Return the map of x, the set points w of torque, and the controllers' states, in this order."""
     n, m = len(A), len(sampled)
-    sizes = [len(controller.A) for controller in sampled]
+    sizes = [len(controller.law.A) for controller in sampled]
     ends = np.cumsum([n + m, *sizes])
     step = np.zeros((ends[-1], ends[-1]))
     step[:n, :n] = for_vibrations("scipy.linalg").expm(A * period)
@@ -121,12 +121,13 @@ def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[Veloc
         axis, own = plant.axes[controller.cascade.motor], slice(ends[k], ends[k + 1])
         error = np.zeros(ends[-1])  # e = -(Kv p + v) at the sample
         error[:free], error[free : 2 * free] = -controller.cascade.Kv * (axis.position @ N), -(axis.velocity @ N)
-        w = controller.D * error
-        w[own] += controller.C
+        law = controller.law
+        w = law.D * error
+        w[own] += law.C
         step[n + k] = w
         step[:n] += np.outer(new[:, k], w)
-        step[own] += np.outer(controller.B, error)
-        step[own, own] += controller.A
+        step[own] += np.outer(law.B, error)
+        step[own, own] += law.A
     return step
 
 
@@ -135,10 +136,7 @@ class VelocityLaw:
     """A sampled velocity controller with filters, z+ = A z + B e, w = C z + D e; its dead time and its lag."""
 
     cascade: Cascade
-    A: Array
-    B: Array
-    C: Array
-    D: float
+    law: System
     dead_time: float
     lag: float
 
@@ -159,7 +157,7 @@ class VelocityLaw:
                 law = law.then(by_tustin(biquad_system(x), x.w, period))
             elif isinstance(x, FirstOrder) and x.name != CURRENT:
                 law = law.then(by_tustin(first_order_system(x), 1 / x.time, period))
-        return cls(cascade, law.A, law.B, law.C, law.D, min(dead, period), sum(x.time for x in lags))
+        return cls(cascade, law, min(dead, period), sum(x.time for x in lags))
 
 
 def by_tustin(law: System, w: float, period: float) -> System:

@@ -28,56 +28,40 @@ STIFFNESS = ".stiffness"
 
 declare(
     Cascade,
-    *(Field(name) for name in ("motor", "Kv", "Kp")),
+    *map(Field, ("motor", "Kv", "Kp")),
     Field("Tn", lambda axis: axis.Tn if np.isfinite(axis.Tn) else None),
-    *(Field(name) for name in ("velocity_forward", "acceleration_forward")),
+    *map(Field, ("velocity_forward", "acceleration_forward")),
     Field("tuned", "tuned_gains"),
 )
-declare(
-    Margins,
-    Field("modulus"),
-    Field("modulus_frequency"),
-    Field("phase"),
-    Field("phase_frequency"),
-    Field("gain"),
-    Field("gain_frequency"),
-)
-declare(LargestGain, Field("gain"), Field("frequency"))
-declare(Limit, Field("key"), Field("distance"), Field("largest"), Field("influences", lambda x: dict(x.strongest)))
+declare(Margins, *map(Field, ("modulus", "modulus_frequency", "phase", "phase_frequency", "gain", "gain_frequency")))
+declare(LargestGain, *map(Field, ("gain", "frequency")))
+declare(Limit, *map(Field, ("key", "distance", "largest")), Field("influences", lambda x: dict(x.strongest)))
 declare(
     AxisControl,
     Field("motor"),
     Field("velocity_loop", "velocity"),
     Field("position_loop", "position"),
-    Field("bandwidth"),
-    Field("in_phase"),
-    Field("velocity_error"),
-    Field("limits"),
+    *map(Field, ("bandwidth", "in_phase", "velocity_error", "limits")),
 )
-declare(Compliance, Field("output"), Field("static"), Field("peak"), Field("frequency"), Field("unit"))
-declare(PlaceControl, Field("position", "place"), Field("axes"), Field("compliances"), Field("growth"), Field("period"))
-declare(Distances, Field("velocity"), Field("position"))
+declare(Compliance, *map(Field, ("output", "static", "peak", "frequency", "unit")))
+declare(PlaceControl, Field("position", "place"), *map(Field, ("axes", "compliances", "growth", "period")))
+declare(Distances, *map(Field, ("velocity", "position")))
 declare(
     Control,
     Field("machine"),
     Field("drives", "cascades"),
-    Field("places"),
-    Field("distances"),
-    Field("damping"),
-    Field("tuned"),
-    Field("rules"),
-    Field("notes"),
+    *map(Field, ("places", "distances", "damping", "tuned", "rules", "notes")),
 )
 declare(
     RuledAxis,
-    *(Field(name) for name in ("rule", "source")),
+    *map(Field, ("rule", "source")),
     Field("drive", "cascade"),
-    *(Field(name) for name in ("inertia", "time", "velocity", "position", "growth")),
+    *map(Field, ("inertia", "time", "velocity", "position", "growth")),
 )
 
 
-declare(Milling, Field("across"), Field("radial"), Field("immersion"), Field("down"))
-declare(Cut, Field("coefficient"), Field("teeth"), Field("direction"), Field("thickness"), Field("milling"))
+declare(Milling, *map(Field, ("across", "radial", "immersion", "down")))
+declare(Cut, *map(Field, ("coefficient", "teeth", "direction", "thickness", "milling")))
 declare(
     Lobe,
     Field("position", "place"),
@@ -148,18 +132,9 @@ def gains_table(control: Control) -> Table:
 
 def loops_table(control: Control) -> Table:
     """Return a row for each loop of the axes at each position: margins; bandwidths and error of the position."""
-    heads = (
-        "position",
-        "axis",
-        "loop",
-        "min |1 + L|",
-        "phase, deg",
-        "gain",
-        "bandwidth, Hz",
-        "-90 deg, Hz",
-        "following error, ms",
-    )
-    table = Table(heads, title="loops", keys=3)
+    margins = ("min |1 + L|", "phase, deg", "gain")
+    of_position = ("bandwidth, Hz", "-90 deg, Hz", "following error, ms")
+    table = Table(("position", "axis", "loop", *margins, *of_position), title="loops", keys=3)
     for place in control.places:
         for axis in place.axes:
             at = place_text(place.place)

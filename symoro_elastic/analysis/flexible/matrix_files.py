@@ -55,18 +55,12 @@ def matrix_of_nodes(file: str, numbers: AnyArray, letter: str) -> Any:
     index = order[np.minimum(np.searchsorted(numbers, nodes, sorter=order), len(order) - 1)]
     if (missing := np.unique(nodes[numbers[index] != nodes])).size:
         raise InputError(file, "file", f"has node {missing[0]:.0f}, which the nodes have not: add its coordinates")
-    rows = 3 * index + axes - 1
-    return _symmetric(
-        for_vibrations("scipy.sparse").coo_matrix((values, rows.T), shape=(3 * len(numbers),) * 2).tocsc()
-    )
-
-
-def _symmetric(matrix: Any) -> Any:
-    """A matrix with its other triangle, where that is left out."""
-    scipy = for_vibrations("scipy.sparse")
-    diagonal = scipy.diags(matrix.diagonal())
+    rows, sparse = 3 * index + axes - 1, for_vibrations("scipy.sparse")
+    matrix = sparse.coo_matrix((values, rows.T), shape=(3 * len(numbers),) * 2).tocsc()
+    diagonal = sparse.diags(matrix.diagonal())
     pattern = abs(matrix - diagonal) > 0
-    return matrix + matrix.T - diagonal if not pattern.multiply(pattern.T).nnz else matrix
+    is_triangle = not pattern.multiply(pattern.T).nnz
+    return matrix + matrix.T - diagonal if is_triangle else matrix
 
 
 def _of_matrix_market(file: str, text: str, count: int) -> Any:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
 from symoro_elastic.analysis.flexible.parts import FlexibleParts
+from symoro_elastic.analysis.flexible.reduction import FlexibleModes
 from symoro_elastic.analysis.flexible.views import LEAST, MOST_ROWS, count_text
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import dots, legend
@@ -33,14 +33,11 @@ def _(result: FlexibleParts) -> dict[str, Plot | str]:
 
 
 def _errors(result: FlexibleParts, axes: Any) -> None:
-    def percent(x: float) -> float:
-        return 100 * x if x > LEAST else 0.0
-
-    columns = {
-        f"{what}, {evidence}": [percent(getattr(row, evidence)[k]) for row in result.rows]
-        for k, what in enumerate(("frequencies", "compliance"))
-        for evidence in ("predicted", "measured")
-    }
+    columns = {}
+    for k, what in enumerate(("frequencies", "compliance")):
+        for evidence in ("predicted", "measured"):
+            errors = [getattr(row, evidence)[k] for row in result.rows]
+            columns[f"{what}, {evidence}"] = [100 * x if x > LEAST else 0.0 for x in errors]
     dots(axes, columns, [f"{row.part}, {count_text(row)}" for row in result.rows])
     axes.set_xlabel("error, %")
     legend(axes)

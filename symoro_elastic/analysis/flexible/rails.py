@@ -41,9 +41,8 @@ def line_of(x: Array, name: str, source: str) -> tuple[int, Array, Array]:
         what = f"{len(x)} nodes within {np.array2string(high - low, precision=3)} m: a rail is a strip along x, y or z"
         raise InputError(source, f"--rail {name}", f"{what}, {SLENDER:g} times as long as wide")
     if width <= NEAR * (high[along] - low[along]):
-        raise InputError(
-            source, f"--rail {name}", f"{len(x)} nodes on one line: name nodes beside it, which show its roll"
-        )
+        what = f"{len(x)} nodes on one line: name nodes beside it, which show its roll"
+        raise InputError(source, f"--rail {name}", what)
     middle = (low + high) / 2
     ends = (np.where(np.arange(3) == along, side, middle) for side in (low, high))
     return (along, *ends)
@@ -98,9 +97,7 @@ def _basis(places: Array, arms: Array, a: Array, degree: int) -> Array:
     numbers = np.arange(degree + 1)
     powers = places[:, None] ** numbers
     slopes = numbers * places[:, None] ** np.maximum(numbers - 1, 0)
-    columns = [
-        powers[:, :, None] * axis + slopes[:, :, None] * np.cross(np.cross(a, axis), arms)[:, None]
-        for axis in np.eye(3)
-    ]
-    columns.append(powers[:, :, None] * np.cross(a, arms)[:, None])
+    powers, slopes = powers[:, :, None], slopes[:, :, None]
+    columns = [powers * axis + slopes * np.cross(np.cross(a, axis), arms)[:, None] for axis in np.eye(3)]
+    columns.append(powers * np.cross(a, arms)[:, None])
     return np.concatenate(columns, axis=1).transpose(0, 2, 1).reshape(3 * len(places), -1)

@@ -21,15 +21,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.analysis.flexible.rails import FITTED, loads_along, rail_of
-from symoro_elastic.formats.modes_file import Interface, ModalBody
+from symoro_elastic.formats.modes_file import Interface, ModalBody, save
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.flexible import Surface
 
 LOOSE = 1e-6
@@ -99,19 +102,17 @@ def modal_body(
     columns, stiffness = _modes(shapes, model.K, full_M)
     phi = columns.T.reshape(-1, len(model.x), 3)
     about = "".join(f", rigid interface {name}" for name in rigid)
+    fits = {name: rail_of(model.x, nodes, phi, stiffness, name, model.source) for name, nodes in rails.items()}
+    doubts = tuple(f"rail {name}: {ROUGH.format(error)}" for name, (_, error) in fits.items() if error > FITTED)
     body = _body(replace(model, about=model.about + about), phi, stiffness, interfaces)
-    body = _with_rails(body, model, phi, rails)
+    body = replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
     if model.geometric is None:
         return body
-    accelerations = moves @ inverse(moves.T @ _inertial_forces(model))
+    # Forces (3 n, 12) of accelerations along x, y, z (i) that are 1 and proportional to x, y, z (j), i before j.
+    fields = -(model.m @ np.hstack([np.ones((len(model.x), 1)), model.x]))
+    inertial = np.einsum("nj,ic->ncij", fields, np.eye(3)).reshape(3 * len(model.x), 12)
+    accelerations = moves @ inverse(moves.T @ inertial)
     return _with_foreshortening(body, model.geometric, phi, accelerations, forces)
-
-
-def _with_rails(body: ModalBody, model: FiniteElements, phi: Array, rails: Mapping[str, AnyArray]) -> ModalBody:
-    """The body with rails, by modes phi (m, n, 3); doubts say where polynomials do not fit them."""
-    fits = {name: rail_of(model.x, nodes, phi, body.stiffness, name, model.source) for name, nodes in rails.items()}
-    doubts = tuple(f"rail {name}: {ROUGH.format(error)}" for name, (_, error) in fits.items() if error > FITTED)
-    return replace(body, rails={name: rail for name, (rail, _) in fits.items()}, doubts=doubts)
 
 
 def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[str, AnyArray]) -> Any:
@@ -131,12 +132,6 @@ def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[s
     return sparse.hstack([sparse.identity(3 * len(model.x), format="csc")[:, rows], *motions], format="csc")
 
 
-def _inertial_forces(model: FiniteElements) -> Array:
-    """Forces (3 n, 12) of accelerations along x, y, z (i) that are 1 and proportional to x, y, z (j), i before j."""
-    fields = -(model.m @ np.hstack([np.ones((len(model.x), 1)), model.x]))
-    return np.asarray(np.einsum("nj,ic->ncij", fields, np.eye(3)).reshape(3 * len(model.x), 12))
-
-
 def _with_foreshortening(
     body: ModalBody, geometric: Callable[[Array], Any], phi: Array, accelerations: Array, forces: Array
 ) -> ModalBody:
@@ -150,10 +145,8 @@ def _with_foreshortening(
         return np.where(np.abs(Kg) > SAME * np.abs(Kg).max(), Kg, 0.0)
 
     Kg = of_modes(accelerations).reshape(body.count, body.count, 3, 4)
-    interfaces = {
-        name: replace(interface, shorter=-of_modes(forces[:, k]))
-        for k, (name, interface) in enumerate(body.interfaces.items())
-    }
+    shorter = (-of_modes(force) for force in np.moveaxis(forces, 1, 0))
+    interfaces = {name: replace(x, shorter=next(shorter)) for name, x in body.interfaces.items()}
     return replace(body, Ct1=Kg[:, :, :, 0], T1s=Kg[:, :, :, 1:].swapaxes(2, 3), interfaces=interfaces)
 
 
@@ -164,18 +157,14 @@ def refuse_wrong(model: FiniteElements, fixed: AnyArray, interfaces: Mapping[str
             raise InputError(model.source, name, "is not symmetric")
     center = model.x - model.x.mean(axis=0)
     size = np.abs(center).max()
-    motions = np.vstack([np.tile(np.eye(3), len(center)), _rotations(center / size)])
+    turns = [np.cross(axis, center / size).ravel() for axis in np.eye(3)]
+    motions = np.vstack([np.tile(np.eye(3), len(center)), *turns])
     if np.abs(model.K @ motions.T).max() > LOOSE * abs(model.K).max():
         what = "a motion of the whole body meets forces: export the free model with all digits, --fixed holds it"
         raise InputError(model.source, "K", what)
     for name, nodes in {"--fixed": fixed, **{f"--interface {key}": x for key, x in interfaces.items()}}.items():
         if np.linalg.matrix_rank(model.x[nodes] - model.x[nodes].mean(axis=0), tol=SAME * size) < 2:
             raise InputError(model.source, name, f"{len(nodes)} nodes on a line or point: add nodes off that line")
-
-
-def _rotations(x: Array) -> Array:
-    """Displacements (3, 3 n) by small rotations about x, y, z."""
-    return np.array([np.cross(axis, x).ravel() for axis in np.eye(3)])
 
 
 def _loads(x: Array, nodes: AnyArray) -> Array:
@@ -234,3 +223,29 @@ def _surface(model: FiniteElements, phi: Array) -> Surface | None:
         return None
     nodes, corners = np.unique(model.triangles, return_inverse=True)
     return Surface(model.x[nodes], corners.reshape(-1, 3), phi[:, nodes]).coarse(MOST_TRIANGLES)
+
+
+@dataclass(frozen=True, repr=False)
+class FlexibleModes(Result):
+    """The body of a file of modes, or of a finite-element model that was reduced to one."""
+
+    source: str
+    body: ModalBody
+
+    @property
+    def headline(self) -> str:
+        """Where it comes from, its mass and its first frequency."""
+        about = f" ({self.body.about})" if self.body.about else ""
+        count = f"{self.body.count} mode{'s' * (self.body.count > 1)}"
+        return f"{self.source}{about}: {self.body.rigid[0]:.6g} kg, {count}, the first at {self.first:.5g} Hz"
+
+    @property
+    def first(self) -> float:
+        """The lowest frequency with the joint held, Hz."""
+        return float(self.body.frequencies.min())
+
+    def write(self, file: str | Path, *, force: bool = False) -> Path:
+        """Write the body to a .npz file, which `[flexible]` of a machine names; raises `InputError` if it exists."""
+        with permission(force=force):
+            save(self.body, file)
+        return Path(file)

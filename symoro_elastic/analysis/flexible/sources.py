@@ -13,7 +13,7 @@ import numpy as np
 from symoro_elastic.analysis.flexible.matrix_files import matrix_of_nodes
 from symoro_elastic.analysis.flexible.reduction import SAME, FiniteElements
 from symoro_elastic.analysis.flexible.solid_elements import ORDER, SolidElements
-from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.output_files import temporary_folder
@@ -181,7 +181,10 @@ def nodes_of(model: FiniteElements, text: str, option: str) -> AnyArray:
     planes = [PLANE.fullmatch(part) for part in text.replace(" ", "").split("&")]
     if all(planes):
         near = NEAR * np.ptp(model.x, axis=0).max()
-        chosen = np.flatnonzero(np.all([_is_at(model.x, plane, near) for plane in planes if plane], axis=0))
+        chosen = np.arange(len(model.x))
+        for axis, low, high in (plane.groups() for plane in planes if plane):
+            at = model.x[chosen, "xyz".index(axis)]
+            chosen = chosen[(at >= float(low) - near) & (at <= float(high or low) + near)]
     elif NUMBERS.fullmatch(text):
         ends = [[int(x) for x in part.split("-")] for part in text.split(",")]
         wanted = np.concatenate([np.arange(part[0], part[-1] + 1) for part in ends])
@@ -193,10 +196,3 @@ def nodes_of(model: FiniteElements, text: str, option: str) -> AnyArray:
     if not len(chosen):
         raise InputError(model.source, option, f"no node at {quote(text)}: coordinates are in m")
     return chosen
-
-
-def _is_at(x: Array, plane: re.Match[str], near: float) -> BoolArray:
-    """Which of the points x (n, 3) are on a plane, or between two."""
-    axis, low, high = plane.groups()
-    at = x[:, "xyz".index(axis)]
-    return np.asarray((at >= float(low) - near) & (at <= float(high or low) + near))

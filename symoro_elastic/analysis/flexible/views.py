@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
 from symoro_elastic.analysis.flexible.parts import FlexibleParts, PartErrors
+from symoro_elastic.analysis.flexible.reduction import FlexibleModes
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of, table_of
 from symoro_elastic.quantities.units import MICRO
 
@@ -58,9 +58,7 @@ declare(
     PartErrors,
     Field("part", head="part"),
     Field("count", head="joints or modes", text=count_text),
-    Field("what"),
-    Field("predicted"),
-    Field("measured"),
+    *map(Field, ("what", "predicted", "measured")),
     Field("of_modes", head="frequencies, predicted", json=False, text=lambda x: _percent(x.predicted[0])),
     Field("of_modes", head="measured", json=False, text=lambda x: _percent(x.measured[0])),
     Field("compliance", head="compliance, predicted", json=False, text=lambda x: _percent(x.predicted[1])),

@@ -152,9 +152,8 @@ class BudgetPath:
     def _springs(self, now: PathStep, k: int) -> Iterator[Candidate]:
         """The next springs of the ladder, by how many of them."""
         for following in range(k + 1, len(self._rungs)):
-            added = self._largest(
-                [[y - x for x, y in zip(self._of_springs[k], self._of_springs[following], strict=True)]]
-            )
+            pairs = zip(self._of_springs[k], self._of_springs[following], strict=True)
+            added = self._largest([[y - x for x, y in pairs]])
             steps = self._steps_at(following, self._budget.slack(now.rung.predicted), added)
             if steps is not None:
                 share = steps.cost / self._steps.get(k, now.steps).cost
@@ -310,8 +309,7 @@ class LeftOutNumbers:
         q, v, a = states
         shift = np.array([self.neutral[name] if name in names else 0.0 for name in self._joints])
         rows = self._values(self._motion.residual, (q + shift, v, a), names)
-        forces: Array = rows - self.path.stiffness[: len(shift)] * shift
-        return forces
+        return np.asarray(rows - self.path.stiffness[: len(shift)] * shift)
 
     def _inertia(self, names: Collection[str]) -> Array:
         """Return M (N, n, n) along the reference."""

@@ -24,7 +24,6 @@ from symoro_elastic.analysis.ladder.rung import PREDICTED_FRACTION
 from symoro_elastic.analysis.ladder.rungs import Measurement
 from symoro_elastic.analysis.ladder.torque_tolerances import TorqueTolerance, added_torques, torque_tolerances
 from symoro_elastic.analysis.simulation.motor_coordinates import InverseModelOfMotors
-from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
@@ -135,9 +134,8 @@ class FeedForwardSearch:
     @cached_property
     def tolerances(self) -> tuple[TorqueTolerance, ...]:
         """The torque accuracy by motor that the tolerances of outputs require."""
-        torques = [
-            np.abs(full(*x.at(_times(x)))).max(axis=0) for full, x in zip(self.full, self._references, strict=True)
-        ]
+        pairs = zip(self.full, self._references, strict=True)
+        torques = [np.abs(full(*x.at(_times(x)))).max(axis=0) for full, x in pairs]
         return torque_tolerances(self.prediction.paths, self.prediction.tolerance, np.max(torques, axis=0))
 
     def run(self, announce: Announce = announce_nothing) -> FeedForward:
@@ -167,19 +165,24 @@ class FeedForwardSearch:
             low, high = (scale, high) if used <= PREDICTED_FRACTION else (low, scale)
             if CLOSE <= used <= PREDICTED_FRACTION or not reduced.operations or high <= low * (2 - CLOSE):
                 return
-            scale = _next_scale(low, high, scale, used)
+            if low > 0 and np.isfinite(high):  # between the largest that fits and the least that does not
+                scale = float(np.sqrt(low * high))
+            else:
+                towards = PREDICTED_FRACTION / max(used, 1e-300)
+                scale *= float(np.clip(towards, 1 / LARGEST_FACTOR, LARGEST_FACTOR))
 
     def _model(self, scale: float) -> ReducedTorques:
         """Return the inverse model reduced within scaled shares of the tolerance; raises `InputError`."""
         shares = {x.motor: Tolerance(scale * x.share, relative=False) for x in self.tolerances if np.isfinite(x.share)}
         scene = replace(self.scene, within=Within(shares, guaranteed=self.evidence))
         traced, (model,) = reduced_models(self.machine, scene, programs, [ROUNDINGS[self.precision.name]])
-        errors = [
-            self._torque_errors(model, x, path.t)
-            for x, path in zip(self._references, self.prediction.paths, strict=True)
-        ]
-        torque = np.max([np.abs(x).max(axis=0) for x in errors], axis=0)
-        outputs = [_outputs_under(path, x) for path, x in zip(self.prediction.paths, errors, strict=True)]
+        torques, outputs = [], []
+        for reference, path in zip(self._references, self.prediction.paths, strict=True):
+            errors = self._torque_errors(model, reference, path.t)
+            forces = np.einsum("tnm,tm->tn", added_torques(path), errors)
+            torques.append(np.abs(errors).max(axis=0))
+            outputs.append(np.abs(path.outputs.of(path.without([()], forces))).max(axis=(0, 1)))
+        torque = np.max(torques, axis=0)
         predicted = dict(zip(self.prediction.tolerance, np.max(outputs, axis=0).tolist(), strict=True))
         by_motor = dict(zip(self._references[0].motors, torque.tolist(), strict=True))
         return ReducedTorques(scale, model, traced.package, by_motor, predicted)
@@ -242,20 +245,6 @@ class FedMeasurement:
         return outputs
 
 
-def _next_scale(low: float, high: float, scale: float, used: float) -> float:
-    """Return the next scale: towards the tolerance, or between the largest that fits and the least that does not."""
-    if low > 0 and np.isfinite(high):
-        return float(np.sqrt(low * high))
-    return scale * float(np.clip(PREDICTED_FRACTION / max(used, 1e-300), 1 / LARGEST_FACTOR, LARGEST_FACTOR))
-
-
-def _outputs_under(path: LinearPath, errors: Array) -> Array:
-    """Return the largest changes of outputs under torque errors (N, m)."""
-    forces = np.einsum("tnm,tm->tn", added_torques(path), errors)
-    changes: Array = np.abs(path.outputs.of(path.without([()], forces))).max(axis=(0, 1))
-    return changes
-
-
 def _torques(program: Program, reference: Reference, t: Array) -> Array:
     """Return the torques (N, m) of a program of the inverse model along the set points of a motion."""
     names = [joint.name for joint in reference.machine.independent_joints]
@@ -276,14 +265,10 @@ def _times(reference: Reference) -> Array:
 
 def operating_range(references: Sequence[Reference]) -> dict[str, JointLimits]:
     """Return positions, velocities and accelerations of the set points of all motions, by motor, widened."""
-    blocks = [np.concatenate([x.at(_times(x))[order] for x in references]) for order in range(3)]
-    limits = {}
-    for k, motor in enumerate(references[0].motors):
-        ranges = [_range(x[:, k]) for x in blocks]
-        limits[motor] = JointLimits(position=ranges[0], velocity=ranges[1], acceleration=ranges[2])
-    return limits
-
-
-def _range(x: Array) -> Range:
-    middle, half = (x.min() + x.max()) / 2, WIDENED * (x.max() - x.min()) / 2
-    return Range(float(middle - half), float(middle + half))
+    blocks = np.concatenate([np.array(x.at(_times(x))) for x in references], axis=1)
+    low, high = blocks.min(axis=1), blocks.max(axis=1)
+    middle, half = (low + high) / 2, WIDENED * (high - low) / 2
+    ends = np.stack([middle - half, middle + half], axis=-1).tolist()
+    rows = [[Range(*pair) for pair in of_order] for of_order in ends]
+    limits = [JointLimits(position=x, velocity=v, acceleration=a) for x, v, a in zip(*rows, strict=True)]
+    return dict(zip(references[0].motors, limits, strict=True))

@@ -82,5 +82,4 @@ def _activity(deviations: Deviations) -> Array:
     """Return int |k d d'| dt (n,) over the motion."""
     path, motion = deviations.path, deviations.whole
     power = np.abs(path.stiffness * motion.d[:, 0] * motion.dd[:, 0])
-    activity: Array = path.h * (power.sum(axis=0) - (power[0] + power[-1]) / 2)
-    return activity
+    return np.asarray(path.h * (power.sum(axis=0) - (power[0] + power[-1]) / 2))

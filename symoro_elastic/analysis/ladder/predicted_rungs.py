@@ -198,5 +198,4 @@ def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[i
 
 def _rounding(x: Array) -> Array:
     """Return the changes by rounding to single precision."""
-    changed: Array = x.astype(np.float32).astype(float) - x
-    return changed
+    return np.asarray(x.astype(np.float32).astype(float) - x)

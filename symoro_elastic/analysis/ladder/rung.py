@@ -75,19 +75,14 @@ class Rung:
         if self.measured is None or self.chosen is None:
             return True
         of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
-        return all(
-            _agree(predicted[name], measured[name], NEGLIGIBLE * limit)
-            and self.measured.model[name] + self.measured.steps[name] <= limit
-            for predicted, measured in (of_model, of_steps)
-            for name, limit in tolerance.items()
-        )
-
-
-def _agree(predicted: float, measured: float, negligible: float) -> bool:
-    """Whether two errors are within a factor, or both do not matter."""
-    if max(predicted, measured) <= negligible:
+        for name, limit in tolerance.items():
+            if self.measured.model[name] + self.measured.steps[name] > limit:
+                return False
+            for predicted, measured in ((x[name], y[name]) for x, y in (of_model, of_steps)):
+                agrees = predicted / DOUBT <= measured <= predicted * DOUBT
+                if not agrees and max(predicted, measured) > NEGLIGIBLE * limit:
+                    return False
         return True
-    return predicted / DOUBT <= measured <= predicted * DOUBT
 
 
 def springs_text(names: Sequence[str], how: str, named: bool = True) -> str:

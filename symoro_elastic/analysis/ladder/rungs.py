@@ -42,7 +42,7 @@ from symoro_elastic.formats.toml.motions import motions_of, wanted_of
 from symoro_elastic.formats.toml.reading import scene_in
 from symoro_elastic.formats.toml.tables import load
 from symoro_elastic.formats.toml.writing import write_scene
-from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import permission, temporary_folder, write_text
 from symoro_elastic.foundation.packages import for_vibrations
@@ -159,12 +159,9 @@ def starts(box: Mapping[str, tuple[float, float]], count: int = COUNT, seed: int
 
     Each range is divided into `count` parts, and each part holds one position.
     """
-    qmc = for_vibrations("scipy.stats.qmc")
-    shares = qmc.LatinHypercube(len(box), seed=seed).random(count)
-    return [
-        {name: low + share * (high - low) for (name, (low, high)), share in zip(box.items(), row, strict=True)}
-        for row in shares.tolist()
-    ]
+    shares = for_vibrations("scipy.stats.qmc").LatinHypercube(len(box), seed=seed).random(count)
+    low, high = np.array([*box.values()]).reshape(-1, 2).T
+    return [dict(zip(box, row, strict=True)) for row in (low + shares * (high - low)).tolist()]
 
 
 def budget_of(
@@ -194,7 +191,10 @@ def budget_of(
     in_mixed = measured_errors(measurement, path[-1].rung, MIXED)
     is_faster = Expense.PRECISION in spent and mixed <= FASTER * seconds
     if is_faster and relative(in_mixed, prediction.tolerance) <= 1:
-        path += _in_mixed_precision(prediction, path[-1])
+        last, added = path[-1], prediction.arithmetic(path[-1].rung)
+        total = {name: x + added[name] for name, x in last.total.items()}
+        if relative(total, prediction.tolerance) <= PREDICTED_FRACTION:
+            path.append(PathStep(Expense.PRECISION, (), added, total, last.rung))
     errors = in_mixed if path[-1].expense is Expense.PRECISION else errors
     end = MeasuredEnd(errors, in_mixed, seconds, mixed)
     alone = None if ladder.chosen is None else ladder.rungs[ladder.chosen].chosen
@@ -212,15 +212,11 @@ def measured_errors(measurement: Measurement, rung: Rung, precision: Precision =
     steps = steps if method else fine
     (exact, outputs_of_full) = measurement.simulation(WHOLE, k).run(TimeStep.W3, steps * -(-fine // steps))
     (run, outputs_of_rung) = measurement.simulation(rung, k).run(method, steps, precision)
-    _, here, there = np.intersect1d(_places(run, exact), _places(exact, exact), return_indices=True)
+    places, fine_places = (np.round(x.t / exact.step).astype(np.int64) for x in (run, exact))
+    _, here, there = np.intersect1d(places, fine_places, return_indices=True)
     with np.errstate(invalid="ignore"):
         apart = np.abs(outputs_of_rung[here] - outputs_of_full[there]).max(axis=0)
     return dict(zip(prediction.tolerance, np.where(np.isfinite(apart), apart, np.inf).tolist(), strict=True))
-
-
-def _places(run: Trajectory, fine: Trajectory) -> AnyArray:
-    """Return the numbers of the fine steps at which states of a run were kept."""
-    return np.round(run.t / fine.step).astype(np.int64)
 
 
 def times(measurement: Measurement, rung: Rung) -> tuple[float, float]:
@@ -235,15 +231,6 @@ def times(measurement: Measurement, rung: Rung) -> tuple[float, float]:
     rounds = [[x.run(simulated.reduced, method, steps).seconds for x in compiled] for _ in range(ROUNDS)]
     double, mixed = np.min(rounds, axis=0).tolist()
     return double, mixed
-
-
-def _in_mixed_precision(prediction: Prediction, last: PathStep) -> list[PathStep]:
-    """Return the same model in mixed precision; nothing where its rounding exceeds the slack."""
-    added = prediction.arithmetic(last.rung)
-    total = {name: x + added[name] for name, x in last.total.items()}
-    if any(total[name] > PREDICTED_FRACTION * limit for name, limit in prediction.tolerance.items()):
-        return []
-    return [PathStep(Expense.PRECISION, (), added, total, last.rung)]
 
 
 class Measurement:

@@ -25,7 +25,6 @@ from symoro_elastic.analysis.ladder.torque_tolerances import TorqueTolerance
 from symoro_elastic.analysis.simulation.periods import period_line, quantity
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.analysis.simulation.tolerances import unit_of
-from symoro_elastic.codegen.embedded.report import Cost
 from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.foundation.results import Field, Part, Table, columns_of, declare, parts_of, table_of
 from symoro_elastic.machine.described import Wanted
@@ -38,7 +37,7 @@ LEAST_SAVING = 1.05
 """Operations of the full machine with RK4 over those of a rung, from which they are reported."""
 EACH_SPRING = "springs one by one, which does not show their cost together"
 
-declare(Steps, Field("method"), Field("steps"), Field("operations"))
+declare(Steps, *map(Field, ("method", "steps", "operations")))
 declare(
     SpringFigures,
     Field("name", head="spring"),
@@ -96,11 +95,13 @@ def springs_table(ladder: Ladder) -> Table:
     return table_of(SpringFigures, ladder.springs, EACH_SPRING)
 
 
+def _within(machine: Machine, tolerance: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} within {quantity(x, unit_of(machine, name))}" for name, x in tolerance.items())
+
+
 def advice(ladder: Ladder) -> str:
     """Return a sentence: the springs to keep, those that may be quasi-static, and the steps."""
-    within = ", ".join(
-        f"{name} within {quantity(x, unit_of(ladder.machine, name))}" for name, x in ladder.tolerance.items()
-    )
+    within = _within(ladder.machine, ladder.tolerance)
     if ladder.chosen is None:
         nearest = min(ladder.rungs, key=lambda rung: relative(rung.predicted, ladder.tolerance))
         what = f"{within}: no rung is good enough; the closest, {_rung_text(ladder, nearest)}"
@@ -142,11 +143,8 @@ def arithmetic_line(ladder: Ladder) -> str:
 
 
 def _rung_text(ladder: Ladder, rung: Rung) -> str:
-    springs = [
-        joint.name
-        for joint in ladder.machine.independent_joints
-        if joint.kind == "elastic" and joint.name not in rung.left_out
-    ]
+    elastic = [joint.name for joint in ladder.machine.independent_joints if joint.kind == "elastic"]
+    springs = [name for name in elastic if name not in rung.left_out]
     if not rung.left_out:
         return "keep every spring"
     omitted = springs_text(rung.left_out, "locked" if rung.locked else "quasi-static")
@@ -194,12 +192,7 @@ declare(
     Ladder,
     Field("tolerance"),
     Field("rungs", lambda x: [_rung_json(x, k, rung) for k, rung in enumerate(x.rungs)]),
-    Field("chosen"),
-    Field("distrusted"),
-    Field("full"),
-    Field("arithmetic"),
-    Field("springs"),
-    Field("condensed"),
+    *map(Field, ("chosen", "distrusted", "full", "arithmetic", "springs", "condensed")),
     Field("advice", advice),
     Field("budget"),
 )
@@ -209,15 +202,8 @@ declare(
 def budget_parts(budget: Budget) -> list[Part]:
     """Return the table of the path, the advice, the measured errors, and the times of a step."""
     hides = any("." in name for name in budget.advised.rung.left_out)
-    lines = [
-        advice_on_budget(budget),
-        measured_line(budget),
-        times_line(budget),
-        *_rejected_line(budget),
-        *[NAMES] * hides,
-        EVIDENCE_LINE,
-    ]
-    return [_path_table(budget.machine, budget.tolerance, budget), *lines]
+    lines = [advice_on_budget(budget), measured_line(budget), times_line(budget), *_rejected_line(budget)]
+    return [_path_table(budget.machine, budget.tolerance, budget), *lines, *[NAMES] * hides, EVIDENCE_LINE]
 
 
 def advice_on_budget(budget: Budget) -> str:
@@ -229,10 +215,8 @@ def advice_on_budget(budget: Budget) -> str:
     parts += [f"{steps.steps} steps of {steps.method}"] if steps.method else []
     parts += ["mixed precision"] if budget.advised.expense is Expense.PRECISION else []
     than = "the full machine" if budget.alone is None else "with springs alone left out"
-    saved = (
-        f"{budget.saved:.0%} fewer operations than {than}" if budget.saved > 0 else f"no fewer operations than {than}"
-    )
-    return f"{'; '.join(parts) or 'nothing is left out'}: {saved}"
+    saved = f"{budget.saved:.0%}" if budget.saved > 0 else "no"
+    return f"{'; '.join(parts) or 'nothing is left out'}: {saved} fewer operations than {than}"
 
 
 def measured_line(budget: Budget) -> str:
@@ -278,13 +262,8 @@ def _step_json(step: PathStep) -> dict[str, Any]:
     }
 
 
-declare(
-    MeasuredEnd,
-    Field("errors"),
-    Field("errors_mixed"),
-    Field("seconds_double", "seconds"),
-    Field("seconds_mixed", "mixed"),
-)
+of_precisions = Field("seconds_double", "seconds"), Field("seconds_mixed", "mixed")
+declare(MeasuredEnd, Field("errors"), Field("errors_mixed"), *of_precisions)
 declare(
     Budget,
     Field("tolerance"),
@@ -305,7 +284,7 @@ def _tolerance_text(error: float, form: str = ".3g") -> str:
     return "any" if math.isinf(error) else f"{error:{form}}"
 
 
-declare(ProcessorCosts, Field("processor"), Field("precision"), Field("torques"), Field("step"))
+declare(ProcessorCosts, *map(Field, ("processor", "precision", "torques", "step")))
 PREDICTED = str(Evidence.PREDICTED)
 declare(
     TorqueTolerance,
@@ -360,9 +339,8 @@ def _points(result: Reduced) -> list[dict[str, Any]]:
     points = [("simulation", str(x.expense), x.steps.cost, x.total, str(x.evidence)) for x in steps]
     points += [("feed-forward", "terms", x.operations, x.predicted, PREDICTED) for x in (feed.tried if feed else ())]
     keys = "for", "left_out", "operations", "error", "evidence"
-    return [
-        dict(zip(keys, (*point[:3], relative(point[3], result.tolerance), point[4]), strict=True)) for point in points
-    ]
+    rows = [(*point[:3], relative(point[3], result.tolerance), point[4]) for point in points]
+    return [dict(zip(keys, row, strict=True)) for row in rows]
 
 
 declare(
@@ -387,9 +365,8 @@ def reduced_parts(result: Reduced) -> list[Part]:
     parts: list[Part] = [*_sentences(result)]
     if result.feed_forward:
         unit = " and ".join(sorted({"N m" if x.sigma == 0 else "N" for x in result.machine.motor_joints}))
-        parts.append(
-            table_of(TorqueTolerance, result.feed_forward.tolerances, f"torque errors within the tolerance, {unit}")
-        )
+        title = f"torque errors within the tolerance, {unit}"
+        parts.append(table_of(TorqueTolerance, result.feed_forward.tolerances, title))
     if result.accelerations:
         table = Table(("acceleration error of", "any course, rad/s2 or m/s2"))
         for name, x in result.accelerations.items():
@@ -401,17 +378,11 @@ def reduced_parts(result: Reduced) -> list[Part]:
 
 def _sentences(result: Reduced) -> list[str]:
     """Return sentences: the required torque accuracy, and the parts that either purpose may omit."""
-    within = ", ".join(
-        f"{name} within {quantity(x, unit_of(result.machine, name))}" for name, x in result.tolerance.items()
-    )
-    sentences = []
+    within, sentences = _within(result.machine, result.tolerance), []
     if result.feed_forward:
         units = {x.name: "N m" if x.sigma == 0 else "N" for x in result.machine.motor_joints}
-        needed = ", ".join(
-            f"{x.motor} {x.share:.3g} {units[x.motor]} ({x.relative:.2%})"
-            for x in result.feed_forward.tolerances
-            if not math.isinf(x.share)
-        )
+        limited = [x for x in result.feed_forward.tolerances if not math.isinf(x.share)]
+        needed = ", ".join(f"{x.motor} {x.share:.3g} {units[x.motor]} ({x.relative:.2%})" for x in limited)
         sentences.append(f"{within}: torques of all motors may be wrong by {needed}")
         sentences.append(f"feed-forward: {_advice_on_torques(result, result.feed_forward)}")
     if result.simulation and result.simulation.budget:
@@ -426,14 +397,10 @@ def _advice_on_torques(result: Reduced, feed: FeedForward) -> str:
     count = len(chosen.model.reduction.left_out)
     saved = f"{chosen.operations} of {feed.full} operations without {count} terms"
     saved = saved if chosen.operations else f"constant torques are enough, none of {feed.full} operations is needed"
-    return f"{saved}; {_errors_line(result, chosen.predicted, chosen.measured or {})}"
-
-
-def _errors_line(result: Reduced, predicted: Mapping[str, float], measured: Mapping[str, float]) -> str:
-    """Return the predicted and measured errors of the worst output."""
-    worst = max(result.tolerance, key=lambda name: predicted[name] / result.tolerance[name])
-    unit = unit_of(result.machine, worst)
-    return f"{worst} {quantity(predicted[worst], unit)} off by prediction, {quantity(measured[worst], unit)} measured"
+    worst = max(result.tolerance, key=lambda name: chosen.predicted[name] / result.tolerance[name])
+    both = (chosen.predicted[worst], (chosen.measured or {})[worst])
+    predicted, measured = (quantity(x, unit_of(result.machine, worst)) for x in both)
+    return f"{saved}; {worst} {predicted} off by prediction, {measured} measured"
 
 
 def _path_table(
@@ -470,14 +437,12 @@ def _costs_lines(result: Reduced) -> list[str]:
     if result.costs is None:
         return []
     named = {f"torques in {result.costs.precision} precision": result.costs.torques, "a step": result.costs.step}
-    texts = [f"{name} at most {_cost_text(x.cost)}" for name, x in named.items() if x]
+    texts = []
+    for name, cost in ((name, x.cost) for name, x in named.items() if x):
+        calls = sum((cost.calls or {}).values())
+        instructions = f"{cost.instructions} instructions" + (f" and {calls} calls of libraries" if calls else "")
+        texts.append(f"{name} at most {instructions}, {cost.stack} bytes of stack, {cost.code} bytes of code")
     return [f"on {result.costs.processor}: {'; '.join(texts)}"] if texts else []
-
-
-def _cost_text(cost: Cost) -> str:
-    calls = sum((cost.calls or {}).values())
-    of_libraries = f" and {calls} calls of libraries" if calls else ""
-    return f"{cost.instructions} instructions{of_libraries}, {cost.stack} bytes of stack, {cost.code} bytes of code"
 
 
 def _remarks(result: Reduced) -> list[str]:
@@ -488,9 +453,8 @@ def _remarks(result: Reduced) -> list[str]:
         kind = "proven" if chosen.model.within.guaranteed is Evidence.PROVEN else "95 % confidence"
         lines.append(f"torque errors: {kind} over the operating range of the motion; their effect: predicted, measured")
     if result.feed_forward and result.rate:
-        lines.append(
-            f"at {result.rate:g} Hz the torques cost {result.rate * result.feed_forward.operations:.3g} operations/s"
-        )
+        rate = result.rate * result.feed_forward.operations
+        lines.append(f"at {result.rate:g} Hz the torques cost {rate:.3g} operations/s")
     lines += _costs_lines(result)
     if result.simulation and result.simulation.budget:
         budget = result.simulation.budget

@@ -67,15 +67,12 @@ def _entry(result: EvaluatedResult, x: Any) -> Any:
 @columns_of.register
 def _(evaluation: Evaluation) -> dict[str, list[Any]]:
     """Return a row for each entry: model, result, row, column, value."""
-    rows = [
-        (model, x.name, row, *pair)
-        for model, results in evaluation.models.items()
-        for x in results
-        for row, entry in x.entries.items()
-        for pair in zip(
-            x.columns or range(np.size(np.asarray(entry))), np.ravel(np.asarray(entry, dtype=float)), strict=True
-        )
-    ]
+    rows = []
+    for model, x in ((model, x) for model, results in evaluation.models.items() for x in results):
+        for row, entry in x.entries.items():
+            numbers = np.ravel(np.asarray(entry, dtype=float))
+            pairs = zip(x.columns or range(len(numbers)), numbers, strict=True)
+            rows += [(model, x.name, row, *pair) for pair in pairs]
     return dict(zip(("model", "result", "row", "column", "value"), map(list, zip(*rows, strict=True)), strict=True))
 
 
@@ -84,10 +81,7 @@ declare(
     Field("solutions", lambda result: [dict(x.joints) for x in result.solutions]),
     Field("at_limits", lambda result: [list(x.at_limits) for x in result.solutions]),
     Field("singular", lambda result: [x.is_singular for x in result.solutions]),
-    Field("redundant"),
-    Field("miss"),
-    Field("turned"),
-    Field("nearest"),
+    *map(Field, ("redundant", "miss", "turned", "nearest")),
 )
 
 
@@ -101,13 +95,11 @@ def _(result: InverseGeometry) -> list[Part]:
         return [f"{result.frame_name} does not reach this pose within the limits: {missed}"]
     heads = [f"{name}, {unit}" for name, unit in result.units.items()]
     count = "1 solution" if len(result.solutions) == 1 else f"{len(result.solutions)} solutions"
-    table = Table(
-        ("", *heads, ""), title=f"{result.frame_name}: {count} from {result.starts} starts, the nearest first"
-    )
+    title = f"{result.frame_name}: {count} from {result.starts} starts, the nearest first"
+    table = Table(("", *heads, ""), title=title)
     for k, solution in enumerate(result.solutions, 1):
-        notes = ["singular"] * solution.is_singular + [f"at a limit: {', '.join(solution.at_limits)}"] * bool(
-            solution.at_limits
-        )
+        notes = ["singular"] if solution.is_singular else []
+        notes += [f"at a limit: {', '.join(solution.at_limits)}"] if solution.at_limits else []
         table.add_row(str(k), *(f"{solution.joints[name]:.6g}" for name in result.units), "; ".join(notes))
     if result.redundant:
         motions = "1 motion" if result.redundant == 1 else f"{result.redundant} motions"
@@ -122,10 +114,7 @@ declare(
     Field("stiffness", array=True),
     Field("compliance", array=True),
     Field("worst_direction", "worst", array=True),
-    Field("worst_compliance"),
-    Field("shares"),
-    Field("shares_by_axis"),
-    Field("advice"),
+    *map(Field, ("worst_compliance", "shares", "shares_by_axis", "advice")),
 )
 
 

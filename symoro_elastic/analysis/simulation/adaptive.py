@@ -18,15 +18,13 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import Hold
 from symoro_elastic.analysis.simulation.compiled_steps import Trajectory, refuse_lost_loops, refuse_turned
 from symoro_elastic.analysis.simulation.driven import DrivenMotion
-from symoro_elastic.analysis.simulation.energy_balance import energy_balance
-from symoro_elastic.analysis.simulation.events import Crossing, Level, Watch, level_of
 from symoro_elastic.analysis.simulation.prediction.resolution import refuse_unresolved
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion, CompiledMotionOnBase
 from symoro_elastic.analysis.simulation.sampled_drives import SampledMotion
 from symoro_elastic.analysis.simulation.simulate import Request, Simulating
-from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.simulated import Crossing, Level, Simulation, Watch, energy_balance, level_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.packages import for_vibrations

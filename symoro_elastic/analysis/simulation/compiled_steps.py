@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.loads import under_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c.steps import Run, render_runs, runs
@@ -31,7 +30,7 @@ from symoro_elastic.models.drives.drive_states import states_at_rest
 from symoro_elastic.models.packaging import trace_models
 from symoro_elastic.models.steps import closed_dynamics
 from symoro_elastic.models.steps.implicit_steps import Motors
-from symoro_elastic.models.steps.time_steps import refuse_machines
+from symoro_elastic.models.steps.time_steps import PASSED, PASSED_TORQUES, TERMS, refuse_machines
 from symoro_elastic.numerics.evaluation.closed_positions import refuse_lost
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
@@ -57,6 +56,11 @@ class Trajectory(Motion):
     seconds: float
     numbers: AnyArray | None = None
 
+    @property
+    def recorded(self) -> AnyArray:
+        """Numbers of the recorded steps."""
+        return np.round(self.t / self.step).astype(np.int64) if self.numbers is None else self.numbers
+
 
 class CompiledSteps:
     """Steps of some methods for the motors of a reference, under servos or prescribed.
@@ -76,9 +80,8 @@ class CompiledSteps:
         """
         refuse_machines(machine, methods)
         self.machine = machine
-        self.package = trace_models(
-            machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
-        ).package
+        scene = Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
+        self.package = trace_models(machine, scene).package
         text = source_text(with_own_results(self.package), precision)
         self.name = self.package.name + precision.suffix
         files = render_c(self.package, precision) | render_runs(self.name, text.steps)
@@ -139,11 +142,9 @@ class CompiledSteps:
         values = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
         values |= {"tau": tau, "load": np.zeros((len(motion.t), len(self.machine.loaded)))}
         torques = self._results(reference, closed_dynamics.NAME, motion.with_blocks(**values))["tau_m"]
-        blocks, friction = (
-            {name: x for name, x in motion.blocks.items() if name != "z"},
-            len(reference.machine.bristles),
-        )
-        return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": torques})
+        friction = len(reference.machine.bristles)
+        blocks = {**motion.blocks, "z": motion.z[:, :friction], "tau": torques}
+        return replace(motion, blocks={name: x for name, x in blocks.items() if friction or name != "z"})
 
     def with_loads(self, reference: Reference, motion: Motion) -> Motion:
         """Return the states with the torques through joints with load-dependent friction."""
@@ -166,9 +167,9 @@ class CompiledSteps:
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         arrays = [np.ascontiguousarray(array) for array in read]
-        pointers = (array.ctypes.data for array in arrays)
         p = None if self.p is None else self.p.ctypes.data
-        self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
+        into = (array.ctypes.data for array in written)
+        self._entries[run.name](count, *(array.ctypes.data for array in arrays), h, p, *into)
 
 
 def ways_of(reference: Reference) -> Motors:
@@ -291,3 +292,36 @@ def _entry(library: ctypes.CDLL, run: Run) -> Any:
     written = [ctypes.c_void_p] * (len(run.written) + 1)
     entry.argtypes, entry.restype = [ctypes.c_size_t, *read, ctypes.c_double, ctypes.c_void_p, *written], None
     return entry
+
+
+# Torques through joints with load-dependent friction: solved with that friction, by substitution.
+SUBSTITUTIONS, EXTRAPOLATED, SETTLED = 1000, 30, 1e-13
+"""Of torques that friction rises with: at most, those with limits between them, relative change of the last one
+by the sizes of their terms."""
+
+
+def under_loads(
+    machine: Machine, call: Callable[[str, State], dict[str, Array]], dynamics: str, state: Motion
+) -> dict[str, Array]:
+    """Return the results of a dynamic model, and the torques `load` through joints with load-dependent friction.
+
+    `call` gives the results of a generated function at states. Raises `InputError` where loads do not settle.
+    """
+    if not machine.loaded:
+        return call(dynamics, state)
+    loads = [np.zeros((len(state.t), len(machine.loaded)))]
+    for number in range(1, SUBSTITUTIONS):
+        results = call(dynamics, state.with_blocks(load=loads[-1]))
+        moved = {name: results[name] for name in ("tau", "qdd") if name in results}
+        passed = call(PASSED_TORQUES, state.with_blocks(load=loads[-1], **moved))
+        load = passed[PASSED]
+        if not (np.abs(load - loads[-1]) > SETTLED * passed[TERMS].sum(axis=1, keepdims=True)).any():
+            return results | {"load": load}
+        loads = [*loads[-2:], load]
+        if number % 3 == 2 and number < EXTRAPOLATED:
+            x, y, z = loads
+            bend = z - 2 * y + x  # Aitken's rule: the limit of geometric convergence
+            is_bent = np.abs(bend) > 1e-9 * np.abs(z - y)
+            loads = [z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=is_bent)]
+    names = ", ".join(machine.joint(j).name for j in machine.loaded)
+    raise machine.error(f"friction, {names}, load", "the torque through the joint does not settle: lower load")

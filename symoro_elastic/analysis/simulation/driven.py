@@ -18,7 +18,7 @@ import numpy as np
 
 from symoro_elastic.analysis.control.drive_laws import XD, DriveLaw, X, law_of
 from symoro_elastic.analysis.simulation.observed import Observer
-from symoro_elastic.analysis.simulation.reference_motion import MeasuredLoad, Motion, Reference
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import DescribedMachine, drives_of, without_drives
@@ -140,15 +140,10 @@ def with_loads(reference: Reference) -> Machine:
         return machine
     start = Motion({"q": reference.start.q[None], "qd": reference.start.qd[None]}, np.zeros(1))
     values = iter(Observer(reference.machine, reference, signals).outputs(start)[0].tolist())
-    loads = {
-        name: _load_position(reference.machine, load, next(values), float(x))
-        for name, load, x in zip(reference.motors, reference.loads, reference.motors_at_start, strict=True)
-        if load
-    }
+    loads = {}
+    for name, load, x in zip(reference.motors, reference.loads, reference.motors_at_start.tolist(), strict=True):
+        if load:
+            (signal,) = outputs(reference.machine, [load.signal])
+            axis, at = (signal.component, signal.at) if isinstance(signal, FrameSignal) else (None, None)
+            loads[name] = LoadPosition(signal.number, axis, at, next(values), load.ratio, x)
     return replace(DescribedMachine.of(machine), drives=replace(drives_of(machine), loads=loads))
-
-
-def _load_position(machine: Machine, load: MeasuredLoad, start: float, motor: float) -> LoadPosition:
-    (signal,) = outputs(machine, [load.signal])
-    axis, at = (signal.component, signal.at) if isinstance(signal, FrameSignal) else (None, None)
-    return LoadPosition(signal.number, axis, at, start, load.ratio, motor)

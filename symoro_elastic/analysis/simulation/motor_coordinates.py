@@ -41,9 +41,8 @@ class MotorCoordinates:
 
         Springs that are not named are neutral, other joints where loops start. Raises `InputError`.
         """
-        q = np.array(
-            [named.get(joint.name, x) for joint, x in zip(self.machine.independent_joints, self._usual, strict=True)]
-        )
+        usual = zip(self.machine.independent_joints, self._usual, strict=True)
+        q = np.array([named.get(joint.name, x) for joint, x in usual])
         q_other = JointCoordinates(self.machine, self.other.independent)(State({"q": q[None]}))[0][0]
         if not np.isfinite(q_other).all():
             at = ", ".join(f"{j.name}={x:g}" for j, x in zip(self.machine.independent_joints, q, strict=True))

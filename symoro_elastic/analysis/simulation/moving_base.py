@@ -12,6 +12,7 @@ from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import BaseStart, PrescribedMotion
+from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.models.bound.state import State, orientation_of
 from symoro_elastic.numerics.evaluation.values import given_values
 
@@ -61,10 +62,7 @@ def rotation_at(state: State) -> Array:
 
 def rotations(Q: Array) -> Array:
     """Return the matrices (N, 3, 3) of quaternions (N, 4), w x y z."""
-    w, x, y, z = Q.T
-    none = np.zeros_like(w)
-    hat = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    return np.asarray(np.eye(3) + 2 * w[:, None, None] * hat + 2 * hat @ hat)
+    return np.array(rotation_of(tuple(Q.T))).transpose(2, 0, 1)
 
 
 def turning(Q: Array, w: Array) -> Array:

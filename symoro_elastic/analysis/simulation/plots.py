@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.energy_balance import FORMS
-from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
+from symoro_elastic.analysis.simulation.simulated import FORMS, Simulation, Simulations
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series.plots import torque_speed
 from symoro_elastic.foundation.array_types import Array

@@ -236,9 +236,8 @@ def reference_of(
     base = start_of_base(machine, prescribed)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None
-    followed = (
-        machine if prescribed.servo or prescribed.drives else with_motors_that_follow_exactly(machine, prescribed)
-    )
+    has_servos = prescribed.servo or prescribed.drives
+    followed = machine if has_servos else with_motors_that_follow_exactly(machine, prescribed)
     locked = held_machine(followed, base)
     motion = EquationsOfMotion(locked, values)
     view = None if motion.given.independent == machine.independent else MotorCoordinates(machine, motion.given)
@@ -255,7 +254,9 @@ def reference_of(
     servo = (np.zeros(len(drives)), np.zeros(len(drives))) if drives else _gains(motion, prescribed, start)
     reference = Reference(followed, prescribed, start, servo, record, drives, loads, base)
     if view and followed is machine:
-        reference = replace(reference, start=_state_in_view(view, start), view=view, viewed=start.q)
+        (q,), (qd,), (qdd,) = view.own(start.q[None], start.qd[None], start.qdd[None])
+        own_start = replace(start, q=q, qd=qd, qdd=qdd, tau=view.forces(q, start.torques))
+        reference = replace(reference, start=own_start, view=view, viewed=start.q)
     _refuse_large(reference)
     _refuse_weak(reference)
     return _in_motion(reference, motion, start)
@@ -269,12 +270,6 @@ def _refuse_other_start(view: MotorCoordinates, prescribed: PrescribedMotion, st
         if abs(stated - x) > SAME * max(1.0, abs(x)):
             what = f"{stated:g} is not where {prescribed.file} puts it, {x:g}: leave it out"
             raise prescribed.error(f"start, {joint.name}", what)
-
-
-def _state_in_view(view: MotorCoordinates, start: State) -> State:
-    """Return a state at rest in the machine's own coordinates."""
-    ((q,), qd, qdd) = view.own(start.q[None], start.qd[None], start.qdd[None])
-    return replace(start, q=q, qd=qd[0], qdd=qdd[0], tau=view.forces(q, start.torques))
 
 
 def _refuse_weak(reference: Reference) -> None:
@@ -358,8 +353,7 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
     servos = {name: prescribed.servo[name] for name in motion.motor_names}
     inertia = dict.fromkeys(servos, 0.0)
     if any(isinstance(servo, Bandwidth) for servo in servos.values()):
-        zero = np.zeros_like(start.q)
-        (A,) = motion.matrices(["M"], start.q, zero, zero)
+        (A,) = motion.matrices("M", start.q)
         inertia |= {motion.names[k]: float(A[k, k]) for k in motion.motors}
     joined = {j for leader, followers in motion.followers.items() for j in (leader, *followers)}
     shared = {motion.machine.joint(j).name for j in joined}
@@ -391,7 +385,7 @@ def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterato
     signals = [by_motor[name].measured for name in motion.motor_names]
     loads = [name for name in dict.fromkeys(signals) if name != MOTOR]
     if not loads:
-        yield from (None for _ in signals)
+        yield from [None] * len(signals)
         return
     if motion.machine.is_coupled:
         raise machine.error("drives, measured", "positions of the load are not simulated where joints are coupled")

@@ -16,8 +16,12 @@ from typing import Self
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.compiled_steps import law_of_servos, refuse_still, with_servo_torques
-from symoro_elastic.analysis.simulation.loads import under_loads
+from symoro_elastic.analysis.simulation.compiled_steps import (
+    law_of_servos,
+    refuse_still,
+    under_loads,
+    with_servo_torques,
+)
 from symoro_elastic.analysis.simulation.moving_base import quaternion, rotation_at, rotations, turning
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
@@ -237,13 +241,8 @@ class CompiledMotionOnBase(CompiledMotion):
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y."""
-        f = len(self.free)
-        own = y[:, :f], y[:, f + 7 : 2 * f + 7]
-        if f == len(self.reference.start.q):
-            return own
-        q, qd, _ = self.reference.states(t)
-        q[:, self.free], qd[:, self.free] = own
-        return q, qd
+        P0_and_Q0 = np.arange(len(self.free), len(self.free) + 7)
+        return super().states_of_joints(t, np.delete(y, P0_and_Q0, axis=1))
 
     def base(self, y: Array) -> dict[str, Array]:
         """Return the blocks of the base at y, and the wrench on it."""

@@ -136,7 +136,8 @@ class SampledMotion(Sampling, DrivenMotion):
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Compile the motion; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         Sampling.__init__(self, reference)
-        self.lags = np.array([_lag(drive) for drive in reference.drives])
+        paths = [drive.path for drive in reference.drives]
+        self.lags = [sum(x.time for x in path if isinstance(x, FirstOrder) and x.name == CURRENT) for path in paths]
         DrivenMotion.__init__(self, reference, folder)
 
     def laws(self) -> list[DriveLaw]:
@@ -160,10 +161,6 @@ class SampledMotion(Sampling, DrivenMotion):
         inputs[..., TAU] = torques
         inputs[..., XD] = self.of_motors(motion)[1]
         return inputs
-
-
-def _lag(drive: Cascade) -> float:
-    return sum(x.time for x in drive.path if isinstance(x, FirstOrder) and x.name == CURRENT)
 
 
 def _dead_time(drive: Cascade, period: float, machine: Machine) -> float:

@@ -8,7 +8,6 @@ within a period divides it into two intervals.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -59,12 +58,7 @@ class SampledSteps(CompiledSteps):
     ) -> None:
         """Compile the steps; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         super().__init__(between_samples(reference.loaded), methods, folder, precision)
-        self.sampling = Sampling(reference)
-
-    @cached_property
-    def controlled_positions(self) -> ControlledPositions:
-        """Positions measured by the drives."""
-        return ControlledPositions(self.sampling.reference)
+        self.sampling, self._measured = Sampling(reference), ControlledPositions(reference)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion by equally many steps in each interval; `steps` is a multiple of the intervals."""
@@ -77,9 +71,8 @@ class SampledSteps(CompiledSteps):
         for number, (begins, ends) in enumerate(intervals):
             sampling.hold(number, begins, lambda: self._read(reference, state))
             h = (ends - begins) / per_interval
-            inputs = inputs_of_steps(
-                reference, method, begins + h * np.arange(per_interval, dtype=float), h, sampling.held.torques[-1]
-            )
+            starts = begins + h * np.arange(per_interval, dtype=float)
+            inputs = inputs_of_steps(reference, method, starts, h, sampling.held.torques[-1])
             record = np.empty((per_interval, sum(run.written.values())))
             passed += self.take(run, [inputs[name] for name in run.read], h, state, record)
             done = number * per_interval
@@ -99,4 +92,4 @@ class SampledSteps(CompiledSteps):
         blocks = {name: block[None] for name, block in state.items() if name != "z"}
         motion = Motion(blocks, np.zeros(1))
         x, (xd,) = reference.of_motors(motion)
-        return self.controlled_positions(motion, x)[0], xd
+        return self._measured(motion, x)[0], xd

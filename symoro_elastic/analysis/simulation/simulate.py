@@ -20,7 +20,6 @@ from symoro_elastic.analysis.simulation.compiled_steps import (
     refuse_turned,
     ways_of,
 )
-from symoro_elastic.analysis.simulation.energy_balance import energy_balance
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.periods import WHOLE, is_whole, part_from, part_of, rounded_down
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath, linear_path
@@ -31,12 +30,18 @@ from symoro_elastic.analysis.simulation.prediction.resolution import (
     refuse_unresolved,
 )
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative
-from symoro_elastic.analysis.simulation.prediction.stability import PLACES, damped_above, largest_stable_step, poles
-from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
-from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.prediction.step_error import (
+    PLACES,
+    StepErrors,
+    damped_above,
+    fewest_steps,
+    largest_stable_step,
+    poles,
+)
+from symoro_elastic.analysis.simulation.reference_motion import SAMPLES, Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
 from symoro_elastic.analysis.simulation.sampled_steps import compiled_steps, is_sampled
-from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.simulated import EXACT, Simulation, energy_balance
 from symoro_elastic.codegen.integration.tableaus import (
     METHODS,
     W3,
@@ -46,7 +51,7 @@ from symoro_elastic.codegen.integration.tableaus import (
     Tableau,
     share_of_halving,
 )
-from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
+from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
@@ -66,8 +71,9 @@ from symoro_elastic.models.steps.time_steps import (
     passed_torques,
     refuse_machines,
 )
+from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.symbolic.program import OperationCount, Program
+from symoro_elastic.symbolic.program import Program
 
 DIVISION, SINE = 5, 15
 """Products that cost about as much as a division, and as a sine and a cosine."""
@@ -107,7 +113,15 @@ class Simulating:
         """Prepare a motion; `linear` is the linear model of a machine with more springs, and their entries of q."""
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
-        self.names = request.outputs or tuple(request.tolerance or ()) or _free_joints(reference)
+        self._steps: dict[str, tuple[int, Mapping[str, float]]] = {}
+        self.names = request.outputs or tuple(request.tolerance or ()) or self._free_joints
+
+    @property
+    def _free_joints(self) -> tuple[str, ...]:
+        """The pose of a freely moving base, and the positions of joints that are not prescribed."""
+        exact = () if self.reference.servo else self.reference.motors
+        joints = (f"{joint.name}.q" for joint in self.machine.independent_joints if joint.name not in exact)
+        return (*COORDINATES[: self.machine.degrees_of_base], *joints)
 
     @cached_property
     def observer(self) -> Observer:
@@ -178,10 +192,6 @@ class Simulating:
             self._steps[method.name] = enough_steps(self, method, self.tolerance)
         return self._steps[method.name]
 
-    @cached_property
-    def _steps(self) -> dict[str, tuple[int, Mapping[str, float]]]:
-        return {}
-
     def stable_steps(self, method: Method) -> int:
         """Return the fewest stable steps of an explicit method."""
         return math.ceil(self.reference.duration / self.largest_step(method)) if isinstance(method, Tableau) else 1
@@ -210,11 +220,6 @@ class Simulating:
     def intervals(self) -> int:
         """Hold intervals of sampled drives in the motion, which contain integer numbers of steps; else 1."""
         return len([*Sampling(self.reference).intervals]) if is_sampled(self.reference) else 1
-
-    @property
-    def first_steps(self) -> int:
-        """Number of steps of the first run without prediction."""
-        return self.in_periods(max(FIRST, in_detail(self.reference)))
 
     @cached_property
     def cost(self) -> StepCost:
@@ -323,7 +328,8 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     """Return the first number of steps, and its predicted errors."""
     step, duration = simulating.request.step, simulating.reference.duration
     if step is None:
-        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (simulating.first_steps, {})
+        first = simulating.in_periods(max(FIRST, in_detail(simulating.reference)))
+        steps, predicted = simulating.steps_of(method) if simulating.is_predicted else (first, {})
         simulating.refuse_many(steps)
         return steps, predicted
     if not 0 < step < math.inf:
@@ -424,17 +430,10 @@ def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tu
     They are compared where both were kept: of many steps only some are.
     """
     (run, rough), (halved, smooth) = coarse, fine
-    _, here, there = np.intersect1d(_numbers(run) * 2, _numbers(halved), return_indices=True)
+    _, here, there = np.intersect1d(run.recorded * 2, halved.recorded, return_indices=True)
     with np.errstate(invalid="ignore"):
         apart = np.abs(smooth[there] - rough[here]).max(axis=0)
     return np.asarray(np.where(np.isfinite(apart), share_of_halving(method) * apart, np.inf))
-
-
-def _numbers(run: Trajectory) -> AnyArray:
-    """Return the numbers of the recorded steps."""
-    if run.numbers is not None:
-        return run.numbers
-    return np.round(run.t / run.step).astype(np.int64)
 
 
 def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
@@ -444,19 +443,6 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
         first = trajectory.t[int(np.argmin(finite))]
         shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"
         raise simulating.error("--step", f"the motion leaves the valid range at {first:.4g} s {shorter}")
-
-
-def _free_joints(reference: Reference) -> tuple[str, ...]:
-    """Return the pose of a freely moving base, and the positions of joints that are not prescribed."""
-    exact = () if reference.servo else reference.motors
-    joints = tuple(f"{joint.name}.q" for joint in reference.machine.independent_joints if joint.name not in exact)
-    return (*COORDINATES[: reference.machine.degrees_of_base], *joints)
-
-
-# Operations of a time step, counted in the programs that it calls.
-def cost_in_products(count: OperationCount) -> int:
-    """Return the operations of a program as equivalent multiplications."""
-    return count.mul + count.add + DIVISION * count.div + SINE * count.sincos
 
 
 class StepCost:
@@ -471,7 +457,8 @@ class StepCost:
         """Return the weighted operations of a step: its right-hand sides, systems and sums."""
         n = len(self.machine.independent) + self.machine.degrees_of_base
         entries = 2 * n + len(state_names(self.machine, self.motors is Motors.DRIVES))
-        count = sum(times * cost_in_products(program.count) for times, program in self.programs(method))
+        counts = [(times, program.count) for times, program in self.programs(method)]
+        count = sum(times * (x.mul + x.add + DIVISION * x.div + SINE * x.sincos) for times, x in counts)
         count += 2 * entries * _sums(method)
         return count + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else count
 
@@ -482,7 +469,7 @@ class StepCost:
         if self.machine.loaded:
             yield rates, self._of_loads
         if self.motors is Motors.DRIVES:
-            yield rates, self._of_drives
+            yield rates, self._of_motors
             yield from zip((stages + 1, stages), self._of_base, strict=False)
             yield from () if isinstance(method, Tableau) else zip((1, stages), self._system, strict=True)
             return
@@ -500,13 +487,10 @@ class StepCost:
         return passed_torques(self.machine, self._folded).program
 
     @cached_property
-    def _of_drives(self) -> Program:
-        return closed_dynamics(self.machine, self._folded).program
-
-    @cached_property
     def _of_motors(self) -> Program:
-        """Positions and velocities of motors on dependent joints, under servos."""
-        return motor_coordinates(self.machine, self._folded).program
+        """Closed loops of drives, or positions and velocities of motors on dependent joints, under servos."""
+        models = closed_dynamics if self.motors is Motors.DRIVES else motor_coordinates
+        return models(self.machine, self._folded).program
 
     @cached_property
     def _of_base(self) -> list[Program]:
@@ -535,3 +519,45 @@ def _sums(method: Method) -> int:
     rows = [*(method.A if isinstance(method, Tableau) else method.a)]
     rows += [] if isinstance(method, Tableau) else [*(method.c if isinstance(method, Rosenbrock) else method.g)]
     return sum(1 for row in rows for x in row if x) + _stages(method)
+
+
+def follows_exactly(reference: Reference) -> bool:
+    """Return whether the motion of the motors determines that of all joints."""
+    machine = reference.machine
+    is_whole = bool(machine.motors) and len(machine.motors) == len(machine.independent)
+    return is_whole and reference.servo is None and not reference.base
+
+
+def follow(reference: Reference, request: Request) -> Simulation:
+    """Return an exactly prescribed motion, with torques, outputs and energies; raises `InputError`.
+
+    Its samples are those of --step, else enough to resolve all parts of the motion. Its errors are zero by definition.
+    """
+    if request.method is not None:
+        what = "every joint is a motor that follows exactly, so nothing is integrated: leave it out, or give servos"
+        raise InputError(reference.prescribed.source or reference.machine.label, "--method", what)
+    steps = _sampled_steps(reference, request)
+    names = request.outputs or tuple(request.tolerance or ())
+    names = names or tuple(f"{motor}.{MOTOR_TORQUE}" for motor in reference.motors)
+    t = np.linspace(0.0, reference.duration, steps + 1)
+    observer = Observer(reference.machine, reference, names)
+    blocks = reference.motion(t).blocks
+    trajectory = Trajectory(blocks, t, EXACT, reference.duration / steps, steps, 0.0)
+    motion = observer.motion(trajectory)
+    outputs = observer.outputs(motion)
+    return Simulation(
+        reference, trajectory, motion, names, outputs, np.zeros_like(outputs), dict.fromkeys(names, 0.0),
+        dict(request.tolerance or {}), {}, 0, energy_balance(reference, motion), None, math.inf,
+    )  # fmt: skip
+
+
+def _sampled_steps(reference: Reference, request: Request) -> int:
+    """Return the number of samples minus one."""
+    if request.step is None:
+        refuse_unresolved(reference)
+        return max(SAMPLES - 1, in_detail(reference))
+    simulating = Simulating(reference, request)
+    if not 0 < request.step < math.inf:
+        raise simulating.error("--step", f"{request.step:g} s is not a time: give a positive number")
+    simulating.refuse_many(reference.duration / request.step)
+    return math.ceil(reference.duration / request.step * (1 - WHOLE))

@@ -98,9 +98,8 @@ def simulate(
 def _refuse(machine: Machine) -> None:
     require_fixed_base(machine, "simulation")
     if lacks_closed_form(machine):
-        raise machine.error(
-            "simulation", "its loops have no closed form, and loops are not assembled at each step here"
-        )
+        what = "its loops have no closed form, and loops are not assembled at each step here"
+        raise machine.error("simulation", what)
     if set(machine.motors) & set(machine.dependent):
         raise machine.error("simulation", "motors moved by loops have no controller here: make them independent")
 

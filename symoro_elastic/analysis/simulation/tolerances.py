@@ -20,12 +20,6 @@ def unit_of(machine: Machine, signal: str) -> str:
     return input_unit(machine, signal) if _is_torque(signal) else output_unit(machine, signal)
 
 
-def signal_of(machine: Machine, name: str) -> str:
-    """Return the full name of a signal: a joint alone is its position. Raises `InputError` for unknown names."""
-    (signal,) = (inputs if _is_torque(name) else outputs)(machine, [name])
-    return signal.name
-
-
 def tolerances(wanted: Wanted, machine: Machine) -> dict[str, float]:
     """Return the allowed errors by signal, in its unit: a single number is for all outputs, which must be positions.
 
@@ -65,11 +59,12 @@ def refuse_rounding(tolerance: Mapping[str, float], reference: Reference) -> Non
 
 
 def _signal_name(name: str, wanted: Wanted, machine: Machine, key: str) -> str:
-    """Return the full name of a signal; raises `InputError` with the file and the key."""
+    """Return the full name of a signal: a joint alone is its position. Raises `InputError` with file and key."""
     try:
-        return signal_of(machine, name)
+        (signal,) = (inputs if _is_torque(name) else outputs)(machine, [name])
     except InputError as error:
         raise wanted.error(key, error.what) from None
+    return signal.name
 
 
 def _is_torque(name: str) -> bool:

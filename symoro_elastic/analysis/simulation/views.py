@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.energy_balance import FORMS, EnergyBalance
-from symoro_elastic.analysis.simulation.events import Crossing
 from symoro_elastic.analysis.simulation.periods import quantity
-from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
+from symoro_elastic.analysis.simulation.simulated import FORMS, Crossing, EnergyBalance, Simulation, Simulations
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series import writing
 from symoro_elastic.analysis.time_series.measurements import ENERGY, POWER
@@ -79,9 +77,7 @@ declare(
         text=lambda x: quantity(x.trajectory.seconds * x.trajectory.steps, "s"),
         json=False,
     ),
-    Field("errors"),
-    Field("tolerance"),
-    Field("predicted"),
+    *map(Field, ("errors", "tolerance", "predicted")),
     Field("within_tolerance", "is_within"),
     Field("largest_deviation", _largest_deviation),
     Field("motors", _motor_figures),
@@ -108,17 +104,10 @@ def _(run: Simulation) -> list[Part]:
 def _motors_table(run: Simulation) -> Table:
     """Return peak and RMS torque, peak power, work and peak speed of the motors."""
     table = Table(("motor", "peak torque", "RMS torque", "peak speed", "peak power, W", "work, J"))
-    for joint, (torque, effective, speed, power, work) in zip(
-        run.reference.machine.motor_joints, map(dict.values, _motor_figures(run).values()), strict=True
-    ):
-        table.add_row(
-            joint.name,
-            f"{torque:.4g} {joint.force_unit}",
-            f"{effective:.4g}",
-            f"{speed:.4g} {joint.unit}/s",
-            f"{power:.4g}",
-            f"{work:.4g}",
-        )
+    for joint, figures in zip(run.reference.machine.motor_joints, _motor_figures(run).values(), strict=True):
+        torque, effective, speed, power, work = (f"{x:.4g}" for x in figures.values())
+        torque, speed = f"{torque} {joint.force_unit}", f"{speed} {joint.unit}/s"
+        table.add_row(joint.name, torque, effective, speed, power, work)
     return table
 
 
@@ -133,7 +122,8 @@ def _(run: Simulation) -> dict[str, Array]:
     blocks = (("q", motion.q, joints), ("qd", motion.qd, joints), ("qdd", motion.qdd, joints))
     of_motors = _of_dependent_motors(run)
     of_joints = writing.columns_of(motion.t, *blocks, *of_motors, ("tau", motion.tau, run.reference.motors))
-    return of_joints | _base_columns(motion.base)
+    of_base = [(row.entries, motion.base[row.name]) for row in ON_BASE if row.name in motion.base]
+    return of_joints | {entry: block[:, k] + 0.0 for names, block in of_base for k, entry in enumerate(names)}
 
 
 @columns_of.register
@@ -188,12 +178,6 @@ def _of_dependent_motors(run: Simulation) -> Iterator[tuple[str, Array, list[str
         yield from ((quantity, block, names) for quantity, block in zip(("q", "qd", "qdd"), blocks, strict=True))
 
 
-def _base_columns(base: Mapping[str, Array]) -> dict[str, Array]:
-    """Return a column for each entry of the blocks of a base, named as in generated code: P0_x, V0_1 ..."""
-    blocks = [(row.entries, base[row.name]) for row in ON_BASE if row.name in base]
-    return {entry: block[:, k] + 0.0 for entries, block in blocks for k, entry in enumerate(entries)}
-
-
 def _errors_table(run: Simulation) -> Table:
     """Return the errors of the outputs: measured, allowed and predicted, and the largest deviations."""
     table = Table(("output", "error measured", "tolerance", "predicted", "largest deviation", ""))
@@ -218,11 +202,13 @@ def _lines(run: Simulation) -> list[str]:
         f"balance error {energy.left_over:.1e} J (peak energy of motion and springs {energy.largest:.4g} J)"
     ]
     if abs(energy.left_over) > UNBALANCED * energy.largest:
-        lines.append(
-            "energies and torques are less accurate than the outputs: add torques (<motor>.tau) to the tolerances"
-        )
+        what = "energies and torques are less accurate than the outputs"
+        lines.append(f"{what}: add torques (<motor>.tau) to the tolerances")
     lines += map(str, run.beyond)
-    lines += _not_driven(run)
+    driven = {} if run.reference.drives else drives_of(run.reference.machine).by_motor
+    if driven:
+        way = "exact motions" if run.reference.servo is None else "the servos of the motion"
+        lines.append(f"[drives] are not simulated: {', '.join(driven)} with {way}")
     lines += _creeping(run)
     if run.followed is not None:
         lines.append(f"vibrations above {run.followed:.4g} Hz are damped, not followed")
@@ -231,13 +217,6 @@ def _lines(run: Simulation) -> list[str]:
     for x in run.crossings:
         lines.append(f"{x.signal} crosses {x.level:g} {'upwards' if x.upwards else 'downwards'} at {x.t:.9g} s")
     return lines
-
-
-def _not_driven(run: Simulation) -> list[str]:
-    """Return a note that the drives of the file are not used in a motion."""
-    driven = {} if run.reference.drives else drives_of(run.reference.machine).by_motor
-    way = "exact motions" if run.reference.servo is None else "the servos of the motion"
-    return [f"[drives] are not simulated: {', '.join(driven)} with {way}"] if driven else []
 
 
 def _creeping(run: Simulation) -> list[str]:

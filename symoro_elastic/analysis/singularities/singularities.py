@@ -11,7 +11,7 @@ multiplied in pairs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -161,24 +161,19 @@ def factors(determinant: Any, angles: Sequence[sympy.Symbol]) -> tuple[Any, list
     halves = {q: sympy.Dummy(f"t_{q}") for q in angles if expanded.has(q)}
     if not halves:
         return expanded, []
-    rational = expanded.subs({f(q): x for q, t in halves.items() for f, x in _of_half_angle(t)})
+    sines = {sympy.sin(q): 2 * t / (1 + t**2) for q, t in halves.items()}
+    rational = expanded.subs({**sines, **{sympy.cos(q): (1 - t**2) / (1 + t**2) for q, t in halves.items()}})
     numerator, denominator = sympy.fraction(sympy.together(rational))
     if sympy.count_ops(numerator) > MOST_OPERATIONS:
         raise TooLong
     constant, powers = sympy.factor_list(numerator)
-    constant, denominator = (
-        constant / sympy.LC(denominator, *halves.values()),
-        sympy.Poly(denominator, *halves.values()),
-    )
+    constant /= sympy.LC(denominator, *halves.values())
+    denominator = sympy.Poly(denominator, *halves.values())
     parts = [factor for factor, power in powers for _ in range(power)]
     for q, t in halves.items():
         missing = denominator.degree(t) - sum(sympy.degree(part, t) for part in parts)
         parts = _in_angle(parts, t, q, missing)
     return _normal(constant, parts, angles)
-
-
-def _of_half_angle(t: sympy.Symbol) -> Iterable[tuple[Any, Any]]:
-    return (sympy.sin, 2 * t / (1 + t**2)), (sympy.cos, (1 - t**2) / (1 + t**2))
 
 
 def _in_angle(parts: Sequence[Any], t: sympy.Symbol, q: sympy.Symbol, missing: int) -> list[Any]:

@@ -10,19 +10,9 @@ declare(
     Field("factor", head="factor"),
     Field("latex"),
     Field("condition", head="vanishes where"),
-    Field("alike"),
-    Field("lost"),
-    Field("sentence"),
+    *map(Field, ("alike", "lost", "sentence")),
 )
-declare(
-    Singularities,
-    Field("machine"),
-    Field("components"),
-    Field("joints"),
-    Field("determinant"),
-    Field("latex"),
-    Field("positions"),
-)
+declare(Singularities, *map(Field, ("machine", "components", "joints", "determinant", "latex", "positions")))
 
 
 @parts_of.register

@@ -205,7 +205,6 @@ def _refuse_unknown_form(what: str) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError, AttributeError, RecursionError):
-        cannot = (
-            f"cannot detect whether {what} has changed since: create it inside the function, or leave out the journal"
-        )
-        raise InputError("symoro-elastic", "journal", cannot) from None
+        cannot = f"cannot detect whether {what} has changed since"
+        ways_out = "create it inside the function, or leave out the journal"
+        raise InputError("symoro-elastic", "journal", f"{cannot}: {ways_out}") from None

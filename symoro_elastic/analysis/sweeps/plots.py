@@ -41,9 +41,8 @@ def _(sweep: Sweep) -> dict[str, Plot | str]:
     over = "_and_".join(name.removeprefix("q.") for name in sweep.quantities)
     if sweep.design.is_grid and len(sweep.quantities) == 1:
         groups = by_unit([sweep.units.get(name, "") for name in names]).values()
-        return {
-            f"{_together(some)}_over_{over}": _lines(sweep, some) for some in ([names[k] for k in g] for g in groups)
-        }
+        together = [[names[k] for k in group] for group in groups]
+        return {f"{_together(some)}_over_{over}": _lines(sweep, some) for some in together}
     if sweep.design.is_grid and len(sweep.quantities) == 2 and min(sweep.design.lengths) > 1:
         few = f"{MOST_MAPS} maps are drawn: choose results by --result"
         return {f"{name}_over_{over}": _map(sweep, name) if k < MOST_MAPS else few for k, name in enumerate(names)}
@@ -123,11 +122,8 @@ def _influence(sweep: Sweep, names: Sequence[str]) -> Plot:
 def _draw_bars(sweep: Sweep, listed: Sequence[str], axis: Any) -> None:
     by = sweep.influence
     order = by.strongest()[:MOST_BARS]
-    bars(
-        axis,
-        {name: by.values[by.figures.index(name), order].tolist() for name in listed},
-        [by.quantities[k] for k in order],
-    )
+    lengths = {name: by.values[by.figures.index(name), order].tolist() for name in listed}
+    bars(axis, lengths, [by.quantities[k] for k in order])
     axis.set_xlim(-1.05, 1.05)
     axis.axvline(0.0, color=shades().ink, linewidth=0.8)
     axis.set_xlabel("share of the range" if sweep.design.is_grid else "correlation of ranks")

@@ -70,9 +70,8 @@ def _with_range(machine: Machine, limits: Limits, quantity: Quantity, over: Axis
     else:
         bounds = None if quantity.is_position else limits.parameters.get(quantity.key)
         written = quantity.key if "." not in quantity.key else "P"
-        what = (
-            f'[parameters] of the machine give no tolerance of it: write {written} = {{ value = X, tolerance = "5 %" }}'
-        )
+        what = "[parameters] of the machine give no tolerance of it: write"
+        what += f' {written} = {{ value = X, tolerance = "5 %" }}'
         what += f", and P in place of {quantity.key}" if written == "P" else ""
         other = f"{quantity.name} is a position: write {quantity.name}={LIMITS}"
     if bounds is None:
@@ -102,9 +101,8 @@ def _quantities_by_name(machine: Machine) -> dict[str, Quantity]:
     filled = [pair for owner in (*machine.joints, *machine.free_bodies) for pair in cells(owner)]
     alone = {p.name: tuple(cell for cell, formula in filled if str(formula) == p.name) for p in machine.parameters}
     driving = _of_drives_alone(machine)
-    by_name = {
-        p.name: Quantity(p.name, p.name, False, p.unit, alone[p.name], p.name in driving) for p in machine.parameters
-    }
+    parameters = [(p.name, p.unit) for p in machine.parameters]
+    by_name = {x: Quantity(x, x, False, unit, alone[x], x in driving) for x, unit in parameters}
     for joint in machine.joints:
         for cell in (cell for cell, _ in cells(joint)):
             key = f"{joint.name}.{cell.name}"

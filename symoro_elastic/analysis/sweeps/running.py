@@ -119,7 +119,10 @@ class Run:
                 progress(len(done), count)
         if is_new and self.journal and not any(outcome.figures for outcome in done.values()):
             remove_file(self.journal)  # it has nothing to go on from
-        self._refuse_without_figures(done)
+        reasons = [outcome.reason for _, outcome in sorted(done.items()) if not outcome.figures]
+        if reasons and len(reasons) == len(done):
+            many = f"all {len(reasons)} points" if len(reasons) > 1 else "the point"
+            raise InputError("symoro-elastic", "--over", f"{many} without a result; the first: {reasons[0]}")
         return tuple(done[k] for k in range(count))
 
     def _compute(self, points_left: Numbered, done: dict[int, Outcome], note: Note) -> Iterator[Computed]:
@@ -152,12 +155,6 @@ class Run:
         if needed > free:
             room = f"need {needed / 1e9:.3g} GB, and {free / 1e9:.3g} GB are free"
             raise InputError(str(self.journal), "journal", f"{what} {room}: give fewer points, or another folder")
-
-    def _refuse_without_figures(self, done: dict[int, Outcome]) -> None:
-        reasons = [outcome.reason for _, outcome in sorted(done.items()) if not outcome.figures]
-        if reasons and len(reasons) == len(done):
-            many = f"all {len(reasons)} points" if len(reasons) > 1 else "the point"
-            raise InputError("symoro-elastic", "--over", f"{many} without a result; the first: {reasons[0]}")
 
 
 def _duration(seconds: float) -> str:
@@ -212,10 +209,8 @@ def _read(path: Path, head: bytes, count: int) -> dict[int, Outcome]:
             done |= [_outcome(line, count)]
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             if not is_forced():
-                what = (
-                    f"line {number} is damaged: delete the line, and its point is computed again, or start again with"
-                )
-                raise InputError(str(path), PLACE, f"{what} --force") from None
+                way_out = "delete the line, and its point is computed again, or start again with --force"
+                raise InputError(str(path), PLACE, f"line {number} is damaged: {way_out}") from None
             done, complete = {}, b""
             break
     cut_file(path, len(complete), PLACE)
@@ -281,7 +276,7 @@ class Cluster:
     def _results(self, client: Any, task: Any, parts: list[Numbered]) -> Iterator[tuple[Numbered, Computed | None]]:
         """Yield the outcomes of parts; None if each worker of a part has died."""
         distributed = _dask()
-        submitted = self._given(lambda: [client.submit(_outcomes, task, part, pure=False) for part in parts])
+        submitted = self._given(lambda: [client.submit(Task.outcomes, task, part, pure=False) for part in parts])
         running = dict(zip(submitted, parts, strict=True))
         while running:
             for future in self._done(client, list(running)):
@@ -365,10 +360,6 @@ def _silent() -> Iterator[None]:
     finally:
         for name, level in levels.items():
             logging.getLogger(name).setLevel(level)
-
-
-def _outcomes(task: Task, points: Numbered) -> Computed:
-    return task.outcomes(points)
 
 
 def _dask() -> Any:

@@ -5,8 +5,6 @@ Files are .csv with a row for each point, NetCDF with a dimension for each quant
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -23,7 +21,7 @@ from symoro_elastic.analysis.time_series.writing import CSV, write_columns
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import SWEEPS, form_of
-from symoro_elastic.foundation.output_files import permission, write_file, write_text
+from symoro_elastic.foundation.output_files import permission, write_file
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -112,7 +110,7 @@ def sweep_of(
     `required` are ranges of results, by name or pattern.
     """
     names = list(dict.fromkeys(name for outcome in outcomes for name in outcome.figures))
-    names = _chosen(names, patterns)
+    names = _chosen(names, patterns, "--result")
     missing = {name: float("nan") for name in names}
     rows = [{**missing, **outcome.figures} for outcome in outcomes]
     figures = {name: np.array([row[name] for row in rows]) for name in names}
@@ -125,12 +123,12 @@ def sweep_of(
     return Sweep(machine, of, design, figures, reasons, known_units, shares(design, figures, required or {}))
 
 
-def _chosen(names: list[str], patterns: Collection[str]) -> list[str]:
+def _chosen(names: Collection[str], patterns: Collection[str], option: str) -> list[str]:
     """Return the names that match a pattern; raises `InputError` for a pattern without a match."""
     for pattern in patterns:
         if not any(_matches(name, pattern) for name in names):
             what = f"no result is called {quote(pattern)}{did_you_mean(pattern, names)}"
-            raise InputError("symoro-elastic", "--result", what)
+            raise InputError("symoro-elastic", option, what)
     return [name for name in names if not patterns or any(_matches(name, pattern) for pattern in patterns)]
 
 
@@ -149,25 +147,11 @@ def save(sweep: Sweep, path: str | Path) -> None:
     refuse_form(path)
     suffix = Path(path).suffix.lower()
     if suffix == CSV:
-        write_text(_csv(sweep), path, "--out")
+        write_columns(sweep.arrays() | {REASON: np.array(sweep.reasons)}, path, sweep.units)
     elif suffix == NETCDF:
         write_file(bytes(_dataset(sweep).to_netcdf(engine="scipy", format="NETCDF3_64BIT")), path, "--out")
     else:
         write_columns(sweep.arrays(), path)
-
-
-def _csv(sweep: Sweep) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    columns = sweep.arrays()
-    writer.writerow([*(_header(sweep, name) for name in columns), REASON])
-    rows = np.column_stack(list(columns.values())).tolist()
-    writer.writerows([*row, reason] for row, reason in zip(rows, sweep.reasons, strict=True))
-    return text.getvalue()
-
-
-def _header(sweep: Sweep, name: str) -> str:
-    return f"{name} [{sweep.units[name]}]" if name in sweep.units else name
 
 
 def _dataset(sweep: Sweep) -> Any:
@@ -183,16 +167,13 @@ def _dataset(sweep: Sweep) -> Any:
     if sweep.failures:
         figures[REASON] = (dims, np.array([x.encode("utf-8") for x in sweep.reasons]).reshape(shape))
     names = {name: name.replace("/", "over") for name in figures}
-    dataset = _xarray().Dataset({names[name]: x for name, x in figures.items()}, coords, _attributes(sweep))
+    attributes: dict[str, Any] = {"title": f"{sweep.of} of {sweep.machine}", "sampling": design.sampling}
+    attributes |= {} if design.is_grid else {"seed": design.seed}
+    dataset = _xarray().Dataset({names[name]: x for name, x in figures.items()}, coords, attributes)
     for name in (*coords, *figures):
         if name in sweep.units:
             dataset[names.get(name, name)].attrs["units"] = sweep.units[name]
     return dataset
-
-
-def _attributes(sweep: Sweep) -> dict[str, Any]:
-    seed = {} if sweep.design.is_grid else {"seed": sweep.design.seed}
-    return {"title": f"{sweep.of} of {sweep.machine}", "sampling": sweep.design.sampling, **seed}
 
 
 def _xarray() -> Any:
@@ -324,11 +305,7 @@ def shares(
     everywhere = np.ones(len(design.points), dtype=bool)
     for pattern, ends in required.items():
         low, high = _ends(pattern, ends)
-        names = [name for name in figures if name == pattern or fnmatchcase(name, pattern)]
-        if not names:
-            what = f"no result is called {quote(pattern)}{did_you_mean(pattern, figures)}"
-            raise InputError("symoro-elastic", "--require", what)
-        for name in names:
+        for name in _chosen(figures, [pattern], "--require"):
             inside = (figures[name] >= low) & (figures[name] <= high)
             everywhere &= inside
             rows.append(_share(design, name, low, high, inside))

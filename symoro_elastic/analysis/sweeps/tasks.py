@@ -52,9 +52,8 @@ def _check(figures: object) -> dict[str, float]:
     checked = {}
     for name, x in figures.items():
         if not isinstance(name, str) or isinstance(x, bool) or not isinstance(x, Real):
-            raise TypeError(
-                f"{name!r}: {_line(repr(x))} is not a number by name: return a dict such as {{'mass': 1.0}}"
-            )
+            what = f"{name!r}: {_line(repr(x))} is not a number by name"
+            raise TypeError(f"{what}: return a dict such as {{'mass': 1.0}}")
         checked[name] = float(x) + 0.0
     if not checked:
         raise ValueError("no result has a value here")

@@ -29,7 +29,7 @@ def tidy(record: Measurements, machine: Machine) -> Measurements:
 
     Raises `InputError` for time that goes back or stands still, and columns that are hardly ever numbers.
     """
-    damaged = {name: ~np.isfinite(x) for name, x in _blocks(record, machine)}
+    damaged = {name: ~np.isfinite(x) for name, x in record.columns(machine).items()}
     record = _without_frozen(_without_repeated(_without(record, damaged, "NaN or infinity")), machine)
     if len(record.t) > 2 and (np.diff(record.t) >= 0).all():
         record = _at_even_times(record)
@@ -59,21 +59,6 @@ def with_change(record: Measurements, t: Array, change: Callable[[Array], Array]
     """Return the record at other times, each block transformed by `change`."""
     qd, qdd = (None if x is None else change(x) for x in (record.qd, record.qdd))
     return replace(record, t=t, q=change(record.q), tau=change(record.tau), qd=qd, qdd=qdd)
-
-
-def _blocks(record: Measurements, machine: Machine) -> Iterator[tuple[str, Array]]:
-    """Yield columns (N) by name."""
-    yield "t", record.t
-    joints, motors = machine.independent_joints, machine.motor_joints
-    columns = (
-        ("q", record.q, joints),
-        ("qd", record.qd, joints),
-        ("qdd", record.qdd, joints),
-        ("tau", record.tau, motors),
-    )
-    for quantity, block, owners in columns:
-        for k, joint in enumerate(owners if block is not None else ()):
-            yield f"{quantity}_{joint.name}", block[:, k]  # type: ignore[index]
 
 
 def _without_frozen(record: Measurements, machine: Machine) -> Measurements:
@@ -123,11 +108,9 @@ def _at_even_times(record: Measurements) -> Measurements:
     for count in _counts(t):
         even = np.polynomial.Polynomial.fit(count, t, 1)(count)
         period = float((even[-1] - even[0]) / (count[-1] - count[0]))
-        at_once = len(t) / len(np.unique(t))
-        if np.abs(even - t).max() <= MOST_SCATTER * max(1.0, at_once) * period and _roughness(even, record.q) < (
-            SMOOTHER * best
-        ):
-            scatter = f"{1e3 * float(np.abs(even - t).max()):.3g} ms"
+        at_once, off = len(t) / len(np.unique(t)), float(np.abs(even - t).max())
+        if off <= MOST_SCATTER * max(1.0, at_once) * period and _roughness(even, record.q) < SMOOTHER * best:
+            scatter = f"{1e3 * off:.3g} ms"
             what = f"stamps are up to {scatter} off an even clock of {1e3 * period:.4g} ms, and positions are smooth by"
             return replace(record, t=even, warnings=(*record.warnings, f"{what} that clock: its times are taken"))
     return record

@@ -71,6 +71,12 @@ class Measurements:
     def _mean_step(self) -> float:
         return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
 
+    def columns(self, machine: Machine) -> dict[str, Array]:
+        """Return the columns (N) of joints and motors by header."""
+        joints, motors = ([x.name for x in some] for some in (machine.independent_joints, machine.motor_joints))
+        blocks = (("q", self.q, joints), ("qd", self.qd, joints), ("qdd", self.qdd, joints), ("tau", self.tau, motors))
+        return columns_of(self.t, *((quantity, x, names) for quantity, x, names in blocks if x is not None))
+
 
 Prepare = Callable[[Measurements, Machine], Measurements]
 """Makes a record ready before it is checked."""
@@ -100,30 +106,23 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
     named, warnings = named_columns(columns, machine, source)
     warnings += [*getattr(columns, "notes", ())]
     warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED_QUANTITIES]
-    joints = machine.independent_joints
-    motors = machine.motor_joints
-    warnings += _following(named, machine)
+    joints, motors = machine.independent_joints, machine.motor_joints
+    names = [joint.name for joint in joints]
+    following = [header_of(key) for key in named if key[0] in ("q", "qd", "qdd") and key[1] not in names]
+    warnings += [f"column {header} is skipped: the joint follows others" for header in following]
     _refuse_missing(named, joints, motors, columns, source)
     rates = {}
     for quantity in ("qd", "qdd"):
-        present = [(quantity, joint.name) in named for joint in joints]
-        if any(present) and not all(present):
-            missing = ", ".join(f"{quantity}_{j.name}" for j, there in zip(joints, present, strict=True) if not there)
-            warnings.append(f"{quantity} is not used: {missing} missing")
-        if all(present):
+        absent = [f"{quantity}_{name}" for name in names if (quantity, name) not in named]
+        if absent and len(absent) < len(names):
+            warnings.append(f"{quantity} is not used: {', '.join(absent)} missing")
+        if not absent:
             rates[quantity] = _stack(named, quantity, joints)
     t = named["t", ""]
     return Measurements(
         t, _stack(named, "q", joints), _stack(named, "tau", motors, len(t)), **rates,
         source=source, warnings=tuple(warnings),
     )  # fmt: skip
-
-
-def _following(named: Iterable[tuple[str, str]], machine: Machine) -> list[str]:
-    """Return warnings about columns of coupled joints, which are computed."""
-    independent = {joint.name for joint in machine.independent_joints}
-    following = [header_of(key) for key in named if key[0] in ("q", "qd", "qdd") and key[1] not in independent]
-    return [f"column {header} is skipped: the joint follows others" for header in following]
 
 
 def check(
@@ -133,17 +132,17 @@ def check(
 
     Columns named in `trusted` are taken to be in their unit. Unless sampling `must_be_even` it may have gaps.
     """
-    joints = machine.independent_joints
-    motors = machine.motor_joints
-    _check_numbers(measured, joints, motors)
+    _check_numbers(measured, machine)
     if len(measured.t) < FEWEST:
         what = f"{len(measured.t)} samples are too few: give at least {FEWEST}, and some seconds of motion"
         raise InputError(measured.source, "t", what)
     if must_be_even:
         _check_time(measured)
-    _check_rate(measured)
+    if measured.period >= SLOWEST:
+        what = f"one sample every {measured.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
+        raise InputError(measured.source, "t", what)
     warnings = [*measured.warnings]
-    for k, joint in enumerate(joints):
+    for k, joint in enumerate(machine.independent_joints):
         warnings += _check_range(measured, k, joint, f"q_{joint.name}" in trusted)
         _check_slopes(measured, k, joint)
     if not np.ptp(measured.q, axis=0).any():
@@ -166,10 +165,7 @@ def refuse_wrapped(record: Measurements, machine: Machine) -> None:
 
 def write_measurements(measured: Measurements, machine: Machine, path: str | Path) -> None:
     """Write measurements as a .csv or .npz file that `read_measurements` reads; raises `InputError`."""
-    joints, motors = ([joint.name for joint in some] for some in (machine.independent_joints, machine.motor_joints))
-    blocks = (("q", measured.q, joints), ("qd", measured.qd, joints), ("qdd", measured.qdd, joints))
-    present = [(quantity, block, names) for quantity, block, names in blocks if block is not None]
-    write_columns(columns_of(measured.t, *present, ("tau", measured.tau, motors)), path)
+    write_columns(measured.columns(machine), path)
 
 
 def _refuse_missing(
@@ -193,26 +189,17 @@ def _stack(named: Mapping[tuple[str, str], Array], quantity: str, joints: Iterab
     return np.stack(columns, axis=1) if columns else np.zeros((samples, 0))
 
 
-def _check_numbers(measured: Measurements, joints: Sequence[Joint], motors: Sequence[Joint]) -> None:
+def _check_numbers(measured: Measurements, machine: Machine) -> None:
     refuse_unsorted(measured)
-    blocks = (
-        ("q", measured.q, joints),
-        ("qd", measured.qd, joints),
-        ("qdd", measured.qdd, joints),
-        ("tau", measured.tau, motors),
-    )
-    for quantity, block, owners in blocks:
-        for k, joint in enumerate(owners if block is not None else ()):
-            bad = ~np.isfinite(block[:, k])  # type: ignore[index]
-            if bad.any():
-                first = _first(bad)
-                where = (
-                    f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {measured.t[first - 1]:g} s)"
-                )
-                raise InputError(measured.source, f"{quantity}_{joint.name}", f"{where}: cut the record there")
-            if (most := float(np.abs(block[:, k]).max(initial=0.0))) > LARGEST:  # type: ignore[index]
-                what = f"reaches {most:.3g}, which no machine does: check the column and its unit"
-                raise InputError(measured.source, f"{quantity}_{joint.name}", what)
+    for name, x in measured.columns(machine).items():
+        bad = ~np.isfinite(x)
+        if bad.any():
+            first = _first(bad)
+            where = f"first at sample {first} (t = {measured.t[first - 1]:g} s): cut the record there"
+            raise InputError(measured.source, name, f"NaN or infinity at {bad.sum()} samples, {where}")
+        if (most := float(np.abs(x).max(initial=0.0))) > LARGEST:
+            what = f"reaches {most:.3g}, which no machine does: check the column and its unit"
+            raise InputError(measured.source, name, what)
 
 
 def _first(bad: BoolArray) -> int:
@@ -237,22 +224,13 @@ def _check_time(measured: Measurements) -> None:
     if (steps > 1.5 * usual).any():
         k = _first(steps > 1.5 * usual)
         what = f"gap of {steps[k - 1]:g} s after sample {k} ({measured.t[k - 1]:g} s), usually {usual:g} s"
-        raise InputError(
-            measured.source,
-            "t",
-            f"{what}: filters need even sampling; cut the record there, or resample it (identify --resample)",
-        )
+        way_out = "filters need even sampling; cut the record there, or resample it (identify --resample)"
+        raise InputError(measured.source, "t", f"{what}: {way_out}")
     even = measured.t[0] + measured.period * np.arange(len(measured.t))
     worst = int(np.argmax(np.abs(measured.t - even)))
     if abs(measured.t[worst] - even[worst]) > UNEVEN * measured.period:
         what = f"uneven sampling: sample {worst + 1} is {measured.t[worst] - even[worst]:.3g} s off an even clock of"
         raise InputError(measured.source, "t", f"{what} {measured.period:.6g} s; resample it (identify --resample)")
-
-
-def _check_rate(measured: Measurements) -> None:
-    if measured.period >= SLOWEST:
-        what = f"one sample every {measured.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
-        raise InputError(measured.source, "t", what)
 
 
 def _check_range(measured: Measurements, k: int, joint: Joint, trusted: bool) -> list[str]:
@@ -264,10 +242,8 @@ def _check_range(measured: Measurements, k: int, joint: Joint, trusted: bool) ->
         what = f"moves over {span:.4g} m: these look like mm. Call the column {name} [mm] (or [m] if it is so)"
         raise InputError(measured.source, name, what)
     if joint.sigma == 0 and span > 2 * math.pi * MOST_TURNS:
-        what = (
-            f"turns over {span:.4g} rad, {span / (2 * math.pi):.0f} turns: if these are degrees, call it {name} [deg]"
-        )
-        return [f"{name}: {what}"]
+        what = f"turns over {span:.4g} rad, {span / (2 * math.pi):.0f} turns"
+        return [f"{name}: {what}: if these are degrees, call it {name} [deg]"]
     return []
 
 

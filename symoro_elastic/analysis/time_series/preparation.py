@@ -37,9 +37,8 @@ class Preparation:
             if name not in motors:
                 raise InputError("symoro-elastic", "--gain", f"no motor {name!r}{did_you_mean(name, motors)}")
             if not math.isfinite(gain) or gain == 0:
-                raise InputError(
-                    "symoro-elastic", "--gain", f"{name}={gain:g}: give the torque per unit of the column, not zero"
-                )
+                what = f"{name}={gain:g}: give the torque per unit of the column, not zero"
+                raise InputError("symoro-elastic", "--gain", what)
         for option, x in (("--after", self.first), ("--before", self.last), ("--resample", self.rate)):
             if x is not None and not math.isfinite(x):
                 raise InputError("symoro-elastic", option, f"{x} is not a number that can be used")
@@ -84,14 +83,11 @@ class Preparation:
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
         t = t[~_in_gaps(record.t, t, LONGEST_GAP * usual, wide)]
         done = with_change(record, t, lambda x: _resample(record.t, x, t, wide))
-        return replace(done, warnings=(*record.warnings, *self._faster(usual), *_coarse(record, machine)))
-
-    def _faster(self, usual: float) -> list[str]:
-        """Return a warning if new samples are denser than the measured ones, every `usual` s."""
-        if self.rate is None or usual * self.rate <= FASTER:
-            return []
-        what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
-        return [f"{what}: noise is then no longer white, and standard deviations are too small"]
+        warnings = [*record.warnings]
+        if usual * self.rate > FASTER:
+            what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
+            warnings.append(f"{what}: noise is then no longer white, and standard deviations are too small")
+        return replace(done, warnings=(*warnings, *_coarse(record, machine)))
 
 
 def _coarse(record: Measurements, machine: Machine) -> list[str]:
@@ -103,9 +99,8 @@ def _coarse(record: Measurements, machine: Machine) -> list[str]:
     if not few:
         return []
     what = f"positions of {', '.join(few)} are whole steps of an encoder, and resampled they are so no longer"
-    return [
-        f"{what}: their noise is taken for white, so standard deviations may be too small; --bandwidth may be needed"
-    ]
+    so = "their noise is taken for white, so standard deviations may be too small; --bandwidth may be needed"
+    return [f"{what}: {so}"]
 
 
 def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:

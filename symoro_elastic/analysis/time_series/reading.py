@@ -99,15 +99,12 @@ def _read(path: Path, kinds: str, may_be_empty: bool) -> Columns:
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
     with open_file(path) as file:
-        _refuse_size_of_file(path, size_of(file))
+        size = size_of(file)
+        if size == 0:
+            raise _error(path, "is empty")
+        if size > MOST_BYTES:
+            raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB is the limit: cut or thin out the record")
         return readers[path.suffix.lower()](path, file)
-
-
-def _refuse_size_of_file(path: Path, size: int) -> None:
-    if size == 0:
-        raise _error(path, "is empty")
-    if size > MOST_BYTES:
-        raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB is the limit: cut or thin out the record")
 
 
 def _error(path: Path, what: str, place: str = "file") -> InputError:
@@ -117,10 +114,9 @@ def _error(path: Path, what: str, place: str = "file") -> InputError:
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
     """Raise `InputError` for more samples or numbers than the limits."""
     if rows > MOST_SAMPLES or numbers > MOST_IN_FILES:
-        what = (
-            f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers"
-        )
-        raise _error(path, f"{what} at most are read: cut or thin out the record", place)
+        most = f"{MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers at most are read"
+        what = f"{rows} samples, {numbers} numbers in the file; {most}: cut or thin out the record"
+        raise _error(path, what, place)
 
 
 # CSV

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.file_forms import COLUMNS, form_of
 from symoro_elastic.foundation.output_files import refuse_file as refuse_to_write
 from symoro_elastic.foundation.output_files import write_file, write_text
@@ -31,10 +31,10 @@ def refuse_file(path: str | Path) -> None:
     refuse_to_write(path, "--out")
 
 
-def write_columns(columns: Mapping[str, Array], path: str | Path, units: Mapping[str, str] | None = None) -> None:
+def write_columns(columns: Mapping[str, AnyArray], path: str | Path, units: Mapping[str, str] | None = None) -> None:
     """Write columns of equal length to a .csv file with one header line, or to a .npz file; raises `InputError`.
 
-    `units` by column are written in brackets in the header line.
+    `units` by column are written in brackets in the header line. Columns of a .csv file may be texts.
     """
     refuse_file(path)
     if Path(path).suffix.lower() == NPZ:
@@ -45,5 +45,5 @@ def write_columns(columns: Mapping[str, Array], path: str | Path, units: Mapping
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([f"{name} [{units[name]}]" if units and name in units else name for name in columns])
-    writer.writerows(np.column_stack(list(columns.values())).tolist())
+    writer.writerows(zip(*(x.tolist() for x in columns.values()), strict=True))
     write_text(text.getvalue(), path)

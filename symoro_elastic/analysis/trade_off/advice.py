@@ -77,10 +77,8 @@ def _of_one_build(
         groups.setdefault(key, []).append(x)
     complete = []
     for group in groups.values():
-        best = [
-            fastest_within([x for x in group if x.configuration.model == model], tolerance, with_fast_math)
-            for model in models
-        ]
+        by_model = [[x for x in group if x.configuration.model == model] for model in models]
+        best = [fastest_within(some, tolerance, with_fast_math) for some in by_model]
         if all(best):
             complete.append(tuple(x for x in best if x))
     return min(complete, key=lambda some: sum(x.ns for x in some), default=())
@@ -103,9 +101,9 @@ def _text(measurements: Sequence[Measurement]) -> str:
     options = ["base parameters"] * configuration.form.base + ["folded constants"] * configuration.form.folded
     options += ["angles summed"] * configuration.form.merged
     models = " and ".join(
-        f"{chosen.model} by {chosen.form.way} in {x.ns:.3g} ns a state "
+        f"{x.configuration.model} by {x.configuration.form.way} in {x.ns:.3g} ns a state "
         f"(worst of {x.errors.judged} states {x.error:.1e}, bound {x.bound:.1e})"
-        for chosen, x in ((x.configuration, x) for x in measurements)
+        for x in measurements
     )
     how = ", ".join([configuration.precision.name, configuration.made_by, configuration.call, *options])
     return f"{how}: {models}"
@@ -122,9 +120,8 @@ def commands(measurements: Sequence[Measurement], words: Sequence[str]) -> list[
     words_of_call += ["--merge-angles", f"{form.bound:g}"] if form.merged else []
     target = "c-batch" if configuration.call == BATCH else "c"
     words_of_call += ["--target", target if configuration.build else "numpy"]
-    words_of_call += (
-        ["--precision", configuration.precision.name] if configuration.build and configuration.precision.suffix else []
-    )
+    has_suffix = configuration.build and configuration.precision.suffix
+    words_of_call += ["--precision", configuration.precision.name] if has_suffix else []
     generate = shlex.join(["symoro-elastic", "generate", *words_of_call])
     if configuration.build is None:
         return [generate]

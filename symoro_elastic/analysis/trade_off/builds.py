@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library, find_compiler
@@ -95,12 +95,8 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
     best = (*native, *contracted)
     paired = ((*best, PAIRED),) if takes(compiler, native, HAS_LONG_VECTORS) else ()
     varied = (*paired, PLAIN, (*native, *separate), (*best, *fast), (*best, WITH_LIBM), (*best, *fast, WITH_LIBM))
-    every = [PLAIN, (*PLAIN, WITH_LIBM), *paired] + [
-        (*native, *contraction, *math, *circles)
-        for contraction, math, circles in product(
-            dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (WITH_LIBM,))
-        )
-    ]
+    choices = product(dict.fromkeys((contracted, separate)), dict.fromkeys(((), fast)), ((), (WITH_LIBM,)))
+    every = [PLAIN, (*PLAIN, WITH_LIBM), *paired, *((*native, *chain.from_iterable(some)) for some in choices)]
     variants = tuple(flags for flags in dict.fromkeys(varied) if flags != best)
     return FlagSets(best, variants, tuple(dict.fromkeys(every))), notes
 

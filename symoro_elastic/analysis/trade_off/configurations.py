@@ -10,7 +10,7 @@ from time import perf_counter
 
 from symoro_elastic.analysis.trade_off.builds import Build
 from symoro_elastic.analysis.trade_off.formulations import Formulation
-from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.numerics.verification.accuracy import Errors
 from symoro_elastic.symbolic.program import OperationCount
@@ -68,6 +68,11 @@ class Measurement:
     errors: Errors
 
     @property
+    def build(self) -> Build | None:
+        """Its compiler and flags; None for numpy."""
+        return self.configuration.build
+
+    @property
     def ns(self) -> float:
         """Median time of a state."""
         return self.time.median
@@ -86,11 +91,6 @@ class Measurement:
     def count(self) -> OperationCount:
         """Operations of a call."""
         return self.configuration.form.count(self.configuration.model)
-
-
-def judged_in(precision: Precision) -> Precision:
-    """Return the precision in whose units errors are given: double for double-double, which returns doubles."""
-    return DOUBLE if precision.is_pair else precision
 
 
 def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> list[Measurement]:
@@ -115,9 +115,8 @@ def fastest_within(
 
 def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
     """Return the configuration with the smallest bound on errors, the fastest of several."""
-    return min(
-        _advisable(measurements, with_fast_math), key=lambda x: (math.inf if math.isnan(x.bound) else x.bound, x.ns)
-    )
+    advisable = _advisable(measurements, with_fast_math)
+    return min(advisable, key=lambda x: (math.inf if math.isnan(x.bound) else x.bound, x.ns))
 
 
 def _advisable(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:
@@ -142,20 +141,16 @@ class Time:
 
 def time_runs(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
     """Return the times of all runs; a round lasts about `BURST` seconds for every run."""
-    times = [_often_enough(run) for run in runs]
+    times = []
+    for run in runs:
+        run.carry_out(1)
+        times.append(min(MOST_TIMES, math.ceil(BURST / max(_seconds(run, 1), 1e-9))))
     samples: list[list[float]] = [[] for _ in runs]
     for done in range(rounds):
         for run, often, sample in zip(runs, times, samples, strict=True):
             sample.append(_seconds(run, often) / (often * run.states) * 1e9)
         progress(done + 1, rounds)
     return [Time(median(sample), min(sample)) for sample in samples]
-
-
-def _often_enough(run: Run) -> int:
-    """Return how often to repeat a run so that a burst is long enough to be timed."""
-    run.carry_out(1)
-    seconds = max(_seconds(run, 1), 1e-9)
-    return min(MOST_TIMES, max(1, math.ceil(BURST / seconds)))
 
 
 def _seconds(run: Run, times: int) -> float:

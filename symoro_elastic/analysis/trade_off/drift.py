@@ -125,9 +125,8 @@ class _Motion:
     def _with_loops_closed(self, states: States) -> States:
         """The states with loops closed to more digits, where they have no closed form."""
         for model in self.closing:
-            states = states.with_blocks(
-                **State(evaluate_arrays(model, states, self.values, EXTENDED)).only(states.blocks)
-            )
+            closed = State(evaluate_arrays(model, states, self.values, EXTENDED))
+            states = states.with_blocks(**closed.only(states.blocks))
         return states
 
     def small_step(self) -> tuple[float, AnyArray]:
@@ -169,8 +168,7 @@ class _Motion:
             states.append(x.copy())
         moved = split_into(carried, np.array(states, dtype=float))
         sampled = self.start[np.zeros(len(states), dtype=int)].with_blocks(**moved)
-        total: AnyArray = self._values(self.energy, self._with_loops_closed(sampled)).sum(axis=1)
-        return total
+        return np.asarray(self._values(self.energy, self._with_loops_closed(sampled)).sum(axis=1))
 
     def _values(self, traced: TracedModel, states: States) -> AnyArray:
         (result,) = evaluate_arrays(traced, states, self.values, EXTENDED).values()
@@ -181,9 +179,7 @@ def _movers(package: Package, folder: Path, assembles: bool) -> dict[str, Any]:
     """The compiled functions that move a state by many steps, by precision."""
     precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        functions = pool.map(
-            lambda precision: _mover(package, precision, folder / precision.name, assembles), precisions.values()
-        )
+        functions = pool.map(lambda x: _mover(package, x, folder / x.name, assembles), precisions.values())
         return dict(zip(precisions, functions, strict=True))
 
 

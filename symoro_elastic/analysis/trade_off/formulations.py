@@ -39,12 +39,8 @@ class Formulation:
     @property
     def words(self) -> str:
         """Its name in tables."""
-        options = (
-            "base parameters" if self.base else "",
-            "folded" if self.folded else "",
-            "angles summed" if self.merged else "",
-        )
-        return ", ".join([self.way, *filter(None, options)])
+        options = {"base parameters": self.base, "folded": self.folded, "angles summed": self.merged}
+        return ", ".join([self.way, *(name for name, chosen in options.items() if chosen)])
 
     def count(self, model: str) -> OperationCount:
         """Operations of a call."""

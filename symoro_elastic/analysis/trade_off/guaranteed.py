@@ -199,10 +199,8 @@ class Grid:
         unseen = max((errors[place].unseen / allowed[place] for place in errors if place in allowed), default=0.0)
         terms = _of_terms(errors, allowed, self.scene.within.guaranteed)
         rounding = _of_rounding(self.certificate(reduced, precision), reduced.function, allowed)
-        time = _time(count) * ratio
-        return GuaranteedPoint(
-            self.scene.form, precision, reduced.share, left_out, count, rounding, terms, unseen, time
-        )
+        program = (self.scene.form, precision, reduced.share, left_out, count)
+        return GuaranteedPoint(*program, rounding, terms, unseen, _time(count) * ratio)
 
     def certificate(self, program: Reduced, precision: str) -> Certificate:
         """Return the certificate of a program's rounding; without facts on the pivots of a reduced program."""

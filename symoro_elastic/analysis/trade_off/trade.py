@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,6 @@ from symoro_elastic.analysis.trade_off.configurations import (
     Configuration,
     Measurement,
     Run,
-    judged_in,
     time_runs,
 )
 from symoro_elastic.analysis.trade_off.drift import Drift, drifts
@@ -216,14 +216,9 @@ def _errors(ready: Sequence[Ready], states: States, seed: int, progress: Progres
         if key not in errors_by_code:
             reference = exact.setdefault(key[:2], Reference(traced, states, form.values))
             computed = results if configuration.is_slow else code.results(traced, states)
-            errors_by_code[key] = measure(
-                reference,
-                computed,
-                judged_in(configuration.precision),
-                count=len(some) if configuration.is_slow else None,
-                seed=seed,
-                cancelling=not configuration.precision.is_pair,
-            )
+            is_pair, count = configuration.precision.is_pair, len(some) if configuration.is_slow else None
+            judged = DOUBLE if is_pair else configuration.precision  # a pair returns doubles
+            errors_by_code[key] = measure(reference, computed, judged, count=count, seed=seed, cancelling=not is_pair)
         errors[k] = errors_by_code[key]
         progress(done, len(ready))
     return [errors[k] for k in range(len(ready))]
@@ -360,7 +355,7 @@ def numpy_configurations(form: Formulation, states: States, folder: Path) -> lis
     ready = []
     for precision, call in ((DOUBLE, SINGLE_CALL), (DOUBLE, BATCH), (SINGLE, BATCH)):
         p = parameters(form, precision)
-        code = _in_type(numpy_code(module, p, call == BATCH), precision)
+        code = partial(_in_type, numpy_code(module, p, call == BATCH), precision)
         for model, traced in form.traced.items():
             function = getattr(module, traced.model.name)
             run = _numpy_run(function, traced, states, p, precision, call)
@@ -368,14 +363,9 @@ def numpy_configurations(form: Formulation, states: States, folder: Path) -> lis
     return ready
 
 
-def _in_type(code: Implementation, precision: Precision) -> Implementation:
-    """Return the implementation on arrays of the precision."""
-    dtype = TYPES[precision.state]
-
-    def run(traced: TracedModel, states: State) -> dict[str, AnyArray]:
-        return code(traced, states.map(lambda block: block.astype(dtype)))
-
-    return run
+def _in_type(code: Implementation, precision: Precision, traced: TracedModel, states: State) -> dict[str, AnyArray]:
+    """Return the results of an implementation on arrays of the precision."""
+    return code(traced, states.map(lambda block: block.astype(TYPES[precision.state])))
 
 
 def _numpy_run(

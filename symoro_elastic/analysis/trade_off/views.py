@@ -30,18 +30,11 @@ FACTOR_FLAGS = (FAST_MATH, WITH_LIBM, PAIRED, SEPARATE, *CONTRACTED.values())
 declare(Error, Field("error", "value"), Field("word", lambda x: str(x.evidence)))
 declare(
     GuaranteedPoint,
-    Field("form"),
-    Field("precision"),
-    Field("share"),
-    Field("left_out"),
+    *map(Field, ("form", "precision", "share", "left_out")),
     Field("operations", lambda x: count_json(x.operations)),
-    Field("rounding"),
-    Field("terms"),
-    Field("total"),
-    Field("unseen"),
-    Field("time"),
+    *map(Field, ("rounding", "terms", "total", "unseen", "time")),
 )
-declare(GuaranteedCurve, Field("model"), Field("within"), Field("points"), Field("path"), Field("saved"))
+declare(GuaranteedCurve, *map(Field, ("model", "within", "points", "path", "saved")))
 
 
 @dataclass(frozen=True)
@@ -99,14 +92,9 @@ FACTORS = (
     Factor("products and sums apart (no FMA)", SEPARATE, True, False, {FAST_MATH: False}),
     Factor("-ffast-math, libm's sine and cosine", FAST_MATH, True, False, {WITH_LIBM: True}),
     Factor("-ffast-math, inline sine and cosine", FAST_MATH, True, False, {WITH_LIBM: False}),
-    Factor(
-        "-O2 instead of what the source recommends",
-        "optimisation",
-        PLAIN,
-        None,
-        {FAST_MATH: False, WITH_LIBM: False, SEPARATE: False},
-    ),
-)
+    Factor("-O2 instead of what the source recommends", "optimisation", PLAIN, None,
+           {FAST_MATH: False, WITH_LIBM: False, SEPARATE: False}),
+)  # fmt: skip
 
 
 def effects(measurements: Sequence[Measurement]) -> list[Effect]:
@@ -167,16 +155,6 @@ def _units(of: str) -> Any:
     return text
 
 
-def _compiler(measurement: Measurement) -> str | None:
-    build = measurement.configuration.build
-    return " ".join(build.compiler) if build else None
-
-
-def _flags(measurement: Measurement) -> Sequence[str]:
-    build = measurement.configuration.build
-    return build.options(measurement.configuration.form.package.name) if build else []
-
-
 declare(
     Measurement,
     Field("model", "configuration.model", json=False, column="model"),
@@ -186,8 +164,8 @@ declare(
     Field("folded", "configuration.form.folded"),
     Field("angles_summed", "configuration.form.merged"),
     Field("precision", "configuration.precision.name"),
-    Field("compiler", _compiler),
-    Field("flags", _flags),
+    Field("compiler", lambda x: " ".join(x.build.compiler) if x.build else None),
+    Field("flags", lambda x: x.build.options(x.configuration.form.package.name) if x.build else []),
     Field("call", "configuration.call"),
     Field("advisable", "configuration.is_safe"),
     Field("ns", head="ns a state", form=".3g", column="ns"),
@@ -213,17 +191,10 @@ declare(
     Drift,
     Field("state", "title", "right-hand side and state"),
     Field("drift", head="drift of energy, J", form=".1e"),
-    Field(
-        "share",
-        lambda x: x.drift / x.energy if x.energy else math.inf,
-        "of kinetic and elastic energy",
-        form=".1e",
-        json=False,
-    ),
-    Field("energy"),
-    Field("steps"),
-    Field("step"),
-)
+    Field("share", lambda x: x.drift / x.energy if x.energy else math.inf, "of kinetic and elastic energy",
+          form=".1e", json=False),
+    *map(Field, ("energy", "steps", "step")),
+)  # fmt: skip
 
 
 def _measurements_table(measurements: Sequence[Measurement], on_front: Sequence[Measurement], title: str) -> Table:
@@ -241,9 +212,8 @@ def _is_in(measurement: Measurement, measurements: Sequence[Measurement]) -> boo
 
 def _forms_table(choice: Choice) -> Table:
     """Return a table of the forms of direct_dynamics: operations and predicted errors."""
-    table = Table(
-        ("form", "operations", "predicted error, u", ""), title="direct_dynamics: what generate --form auto takes"
-    )
+    title = "direct_dynamics: what generate --form auto takes"
+    table = Table(("form", "operations", "predicted error, u", ""), title=title)
     for form in choice.forms:
         predicted = f"{form.error:.3g}" if math.isfinite(form.error) else "-"
         table.add_row(form.name, operations(form.count), predicted, "taken" if form.name == choice.chosen else "")
@@ -303,9 +273,7 @@ declare(
     Field("models", lambda x: {model: _model_json(measured) for model, measured in x.measurements.items()}),
     Field("measurements", lambda x: [*chain(*x.measurements.values())], rows=Measurement, json=False),
     Field("drift", "drifts"),
-    Field("form"),
-    Field("notes"),
-    Field("curves"),
+    *map(Field, ("form", "notes", "curves")),
 )
 
 
@@ -318,16 +286,9 @@ def guaranteed_parts(curve: GuaranteedCurve) -> list[Part]:
     first, total = curve.points[0], 0.0
     for point in (curve.points[k] for k in curve.path):
         total = max(total, point.total)
-        table.add_row(
-            point.form,
-            point.precision,
-            str(point.left_out),
-            operations(point.operations),
-            f"{point.time / first.time:.0%}",
-            *_contribution(point.rounding),
-            *_contribution(point.terms),
-            _share(total),
-        )
+        program = (point.form, point.precision, str(point.left_out), operations(point.operations))
+        errors = (*_contribution(point.rounding), *_contribution(point.terms), _share(total))
+        table.add_row(*program, f"{point.time / first.time:.0%}", *errors)
     words = {part.evidence for k in curve.path for part in (curve.points[k].rounding, curve.points[k].terms)}
     return [table, advice(curve), *[confidence("95 %")] * (Evidence.CONFIDENT in words)]
 

@@ -259,7 +259,11 @@ def move(
     motion = EquationsOfMotion(machine)
     start = equilibrium(motion, at)
     duration = PERIODS / frequency if duration is None else duration
-    _refuse_move(motion.source, duration, stroke, _fastest(motion, at))
+    refuse_swings(duration, _fastest(motion, at), motion.source, "--duration")
+    if not 0 < duration < np.inf:
+        raise InputError(motion.source, "--duration", f"{duration:g} s is not a duration: give a positive number")
+    if not abs(stroke) <= LARGEST_STROKE:
+        raise InputError(motion.source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
     strokes = stroke * np.ones(len(motion.motors))
     zero, scale = np.zeros((4, len(strokes))), duration ** -np.arange(7.0, 3.0, -1.0)
     rising = (np.array(COEFFICIENTS[::-1]) * scale)[:, None] * strokes
@@ -291,15 +295,6 @@ def _fastest(motion: EquationsOfMotion, at: Mapping[str, float] | None) -> float
     """Return the largest rate of motions with motors held, rad/s: the magnitude of their poles."""
     names = [motion.names[k] for k in motion.motors]
     return float(np.abs(modes_with(motion.given, at, names).poles).max(initial=0.0))
-
-
-def _refuse_move(source: str, duration: float, stroke: float, fastest: float) -> None:
-    """Raise `InputError` for a move of no duration, too many periods of the fastest mode, or too large a stroke."""
-    refuse_swings(duration, fastest, source, "--duration")
-    if not 0 < duration < np.inf:
-        raise InputError(source, "--duration", f"{duration:g} s is not a duration: give a positive number")
-    if not abs(stroke) <= LARGEST_STROKE:
-        raise InputError(source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
 
 
 def comparison_motion(measured: Measurements) -> ComparisonMotion:

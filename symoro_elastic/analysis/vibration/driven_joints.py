@@ -50,20 +50,15 @@ def with_motors_on_load_joints(machine: Machine) -> Machine:
         return other
     if lacks_closed_form(machine):
         names = ", ".join(machine.joint(j).name for j in motors)
-        what = (
-            "feed-forward: its motor follows from a loop without closed form, whose derivatives by time are not known: "
-        )
-        raise machine.error(f"joint {names}", what + ADVICE)
+        what = "its motor follows from a loop without closed form, whose derivatives by time are not known"
+        raise machine.error(f"joint {names}", f"feed-forward: {what}: {ADVICE}")
     led = [j for j in machine.independent if machine.joint(j).kind is Kind.PASSIVE]
     kinds = dict.fromkeys(motors, Kind.PASSIVE) | dict.fromkeys(led, Kind.MOTOR)
-    joints = (
-        replace(row, kind=kinds[j], sharing=ZERO) if j in kinds else row for j, row in enumerate(machine.joints, 1)
-    )
-    named = (
-        replace(loop, dependent=tuple(machine.joint(j).name for j in machine.dependent_in(loop)))
-        for loop in machine.loops
-    )
-    return replace(machine, joints=tuple(joints), loops=tuple(named))
+    rows = enumerate(machine.joints, 1)
+    joints = tuple(replace(row, kind=kinds[j], sharing=ZERO) if j in kinds else row for j, row in rows)
+    named = [tuple(machine.joint(j).name for j in machine.dependent_in(loop)) for loop in machine.loops]
+    loops = tuple(replace(loop, dependent=names) for loop, names in zip(machine.loops, named, strict=True))
+    return replace(machine, joints=joints, loops=loops)
 
 
 def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, forces: Array) -> MotionOfMotors:
@@ -83,9 +78,8 @@ def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, for
     if S_m.shape[1] == S_m.shape[2]:
         return MotionOfMotors(x, xd, np.linalg.solve(S_m.swapaxes(1, 2), forces[..., None])[..., 0])
     share = shares(machine, given_values(machine))
-    return MotionOfMotors(
-        x, xd, np.array([share_torques(S, Gamma, share) for S, Gamma in zip(S_m, forces, strict=True)])
-    )
+    tau = [share_torques(S, Gamma, share) for S, Gamma in zip(S_m, forces, strict=True)]
+    return MotionOfMotors(x, xd, np.array(tau))
 
 
 def _refuse_springs(machine: Machine, S_m: Array, heads: list[int]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,6 @@ end
 
 MAT_TEXT = 116
 """Bytes of free text at the head of a .mat file, where a date would stand."""
-MAT = ".mat"
 M = ".m"
 
 
@@ -83,15 +82,23 @@ def save_response(response: Response, path: str | Path) -> None:
 def refuse_linearization_file(path: str | Path) -> str:
     """Return the suffix; raise `InputError` for one that is not possible, and for a stem that no function has."""
     suffix = form_of(path, LINEARIZATIONS, "--out")
-    if suffix == M:
-        refuse_function_file(path)
+    if suffix == M and not _FUNCTION.fullmatch(Path(path).stem):
+        what = "MATLAB names the function by the file: use a letter, then letters, digits and underscores"
+        raise InputError(str(path), "--out", what)
     return suffix
 
 
 def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
     """Write arrays and lists of texts to .npz or .mat, the same bytes for the same numbers. Raises `InputError`."""
-    forms: dict[str, Callable[[Mapping[str, Any]], bytes]] = {NPZ: _npz, MAT: _mat}
-    write_file(forms[form_of(path, MODES, "--out")](arrays), path)
+    stream = io.BytesIO()
+    if form_of(path, MODES, "--out") == NPZ:
+        np.savez(stream, **{name: np.asarray(x) for name, x in arrays.items()})  # type: ignore[arg-type]
+        write_file(stream.getvalue(), path)
+        return
+    cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
+    for_vibrations("scipy.io").savemat(stream, cells)
+    head = "; ".join(["MATLAB 5.0 MAT-file", *arrays.get("notes", ())]).encode("ascii", "replace")
+    write_file(head[:MAT_TEXT].ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:], path)
 
 
 def labels(names: Sequence[str]) -> list[str]:
@@ -108,28 +115,7 @@ def labels(names: Sequence[str]) -> list[str]:
     return unique
 
 
-def _npz(arrays: Mapping[str, Any]) -> bytes:
-    stream = io.BytesIO()
-    np.savez(stream, **{name: np.asarray(x) for name, x in arrays.items()})  # type: ignore[arg-type]
-    return stream.getvalue()
-
-
-def _mat(arrays: Mapping[str, Any]) -> bytes:
-    stream = io.BytesIO()
-    cells = {name: np.array(x, dtype=object) if isinstance(x, list) else x for name, x in arrays.items()}
-    for_vibrations("scipy.io").savemat(stream, cells)
-    head = "; ".join(["MATLAB 5.0 MAT-file", *arrays.get("notes", ())]).encode("ascii", "replace")
-    return head[:MAT_TEXT].ljust(MAT_TEXT) + stream.getvalue()[MAT_TEXT:]
-
-
 # A linearization as the text of a function for MATLAB and GNU Octave.
-def refuse_function_file(path: str | Path) -> None:
-    """Raise `InputError` for a file whose name is not that of a function."""
-    if not _FUNCTION.fullmatch(Path(path).stem):
-        what = "MATLAB names the function by the file: use a letter, then letters, digits and underscores"
-        raise InputError(str(path), "--out", what)
-
-
 def function_text(arrays: Mapping[str, Any], name: str, headline: str) -> str:
     """Return the text of a function of this name that holds arrays and lists of texts."""
     notes = "\n".join(f"%   {note}." for note in arrays["notes"])

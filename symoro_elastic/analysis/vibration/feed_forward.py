@@ -20,7 +20,6 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError, refuse_numbers
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.limits import TORQUE
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -128,25 +127,12 @@ def orders(machine: Machine) -> dict[str, int]:
     return _orders(reduced, over_time(reduced))
 
 
-def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
-    """Raise `InputError` for motions and derivatives that exceed the memory limit."""
-    per_sample = 3 * len(machine.independent) + sum(len(rows) + 1 for rows in reference.y.values())
-    what = f"{len(reference.t)} samples of {len(machine.independent)} joints"
-    refuse_numbers(per_sample * len(reference.t), what, reference.source, "t", "give fewer, or a lower --sample-rate")
-
-
 def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
-    used = {x.operands[0] for x in reachable(_roots(solved)) if x.operation == SYMBOL}
-    highest = range(HIGHEST_DERIVATIVE + 1)
-    return {
-        machine.joint(j).name: max((k for k in highest if motion_symbol(j, k) in used), default=0)
-        for j in machine.motors
-    }
-
-
-def _roots(solved: OverTime) -> list[Scalar]:
     lagging = [x for derivatives in solved.lagging.values() for x in derivatives]
-    return [*lagging, *solved.tau.values(), *solved.q.values(), *solved.qd.values()]
+    roots = [*lagging, *solved.tau.values(), *solved.q.values(), *solved.qd.values()]
+    used = {x.operands[0] for x in reachable(roots) if x.operation == SYMBOL}
+    orders = {j: [k for k in range(HIGHEST_DERIVATIVE + 1) if motion_symbol(j, k) in used] for j in machine.motors}
+    return {machine.joint(j).name: max(some, default=0) for j, some in orders.items()}
 
 
 def feed_forward(
@@ -176,7 +162,9 @@ def _feed_forward(valued: Machine, reference: ReferenceTrajectory) -> FeedForwar
     solved = over_time(reduced)
     needed = _orders(reduced, solved)
     refuse_few(reference, needed, valued)
-    _refuse_large(valued, reference)
+    per_sample = 3 * len(valued.independent) + sum(len(rows) + 1 for rows in reference.y.values())
+    what = f"{len(reference.t)} samples of {len(valued.independent)} joints"
+    refuse_numbers(per_sample * len(reference.t), what, reference.source, "t", "give fewer, or a lower --sample-rate")
     symbols: dict[str, Any] = {p.name: parameters[p.name] for p in reduced.parameters}
     for j in reduced.motors:
         name = reduced.joint(j).name
@@ -222,10 +210,8 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
     if len(missing):
         sample, column = missing[0]
         place = f"t = {reference.t[sample]:.4g} s, {joints[column]}"
-        what = (
-            "no position was found that satisfies the loops and balances the springs: give a slower or shorter motion"
-        )
-        raise InputError(reference.source, place, what)
+        what = "no position was found that satisfies the loops and balances the springs"
+        raise InputError(reference.source, place, f"{what}: give a slower or shorter motion")
 
 
 def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y: Mapping[int, Array]) -> Array:
@@ -272,8 +258,11 @@ def notes(command: FeedForward) -> list[str]:
     doubts = command.reference.doubts.items()
     lines = [line(command.left_out)] if command.left_out else []
     lines += [f"{name}: {why}" for name, (k, why) in doubts if k <= command.orders[name]]
-    lines += _notes_on_shared_torques(command)
-    lines += [f"{name} {JUMPS}" for name in _with_dry_friction(command.machine)]
+    if command.following is not None and len(command.motors) > len(command.wanted):
+        shared = dict.fromkeys(dependent_motors(command.machine), tuple(command.machine.motors))
+        lines += line_on_undetermined(command.machine, shared)
+    laws = [(joint.name, joint.friction) for joint in command.machine.motor_joints]
+    lines += [f"{name} {JUMPS}" for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
     for row, word, state in ((0, "begins", "started"), (-1, "ends", "stopped")):
         for name, order in command.orders.items():
             y = command.reference.y[name]
@@ -282,21 +271,6 @@ def notes(command: FeedForward) -> list[str]:
                 what = f"derivative {moving[0]} is not zero, so the machine is to be {state} by other means"
                 lines.append(f"{name} {word} in motion: {what}")
     return lines
-
-
-def _notes_on_shared_torques(command: FeedForward) -> list[str]:
-    """Return a note if motors outnumber the prescribed joints, and no file states weights of their torques."""
-    if command.following is None or len(command.motors) == len(command.wanted):
-        return []
-    return line_on_undetermined(
-        command.machine, {j: tuple(command.machine.motors) for j in dependent_motors(command.machine)}
-    )
-
-
-def _with_dry_friction(machine: Machine) -> list[str]:
-    """Return the motors with discontinuous dry friction."""
-    laws = ((joint.name, joint.friction) for joint in machine.motor_joints)
-    return [name for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
 
 
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:
@@ -320,14 +294,10 @@ def lagging(t: Array, u: Array, tau: float) -> Array:
     starts = u[-1, 0] * np.ones(len(u))
     for k in range(len(u) - 2, -1, -1):
         starts[k] = u[k, 0] - tau * starts[k + 1]
-    return np.stack([_integrate(t, p, starts[k], tau) for k, p in enumerate(_cubics(t, u))])
-
-
-def _cubics(t: Array, u: Array) -> list[Array]:
-    """Return by order the coefficients (4, N - 1), the constant first, of cubics between samples."""
     interpolate = for_vibrations("scipy.interpolate")
-    below = [interpolate.CubicHermiteSpline(t, x, slope) for x, slope in pairwise(u)]
-    return [curve.c[::-1] for curve in (*below, interpolate.CubicSpline(t, u[-1]))]
+    cubics = [interpolate.CubicHermiteSpline(t, x, slope) for x, slope in pairwise(u)]
+    cubics.append(interpolate.CubicSpline(t, u[-1]))
+    return np.stack([_integrate(t, p.c[::-1], start, tau) for p, start in zip(cubics, starts, strict=True)])
 
 
 def _integrate(t: Array, p: Array, start: float, tau: float) -> Array:

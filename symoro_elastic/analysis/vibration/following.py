@@ -115,12 +115,9 @@ def refuse_sticking(motion: EquationsOfMotion) -> None:
     free = [k for k in range(len(q)) if k not in motion.motors]
     for j, row in zip(dry, motion.slopes(q, dry), strict=True):
         if row[free].any():
-            what = (
-                f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a "
-                "motion cannot be integrated: give its friction a creep velocity, or make its coulomb friction 0, in a "
-                "copy of the table"
-            )
-            raise InputError(motion.source, "friction", what)
+            what = f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a motion cannot"
+            what += " be integrated: give its friction a creep velocity, or make its coulomb friction 0, in a copy of"
+            raise InputError(motion.source, "friction", f"{what} the table")
 
 
 def refuse_swings(seconds: float, fastest: float, source: str, place: str) -> None:

@@ -57,9 +57,8 @@ class InverseModel:
         S_x = motion.bound.coordinates.S_x
         columns = [motion.machine.independent[k] for k in motion.motors]
         entries = [S_x[m].get(k, 0) for m in motion.machine.motors for k in columns]
-        slopes = self._along(entries, q, np.zeros_like(q), np.zeros_like(q)).reshape(
-            len(q), len(motion.motor_names), len(columns)
-        )
+        slopes = self._along(entries, q, np.zeros_like(q), np.zeros_like(q))
+        slopes = slopes.reshape(len(q), len(motion.motor_names), len(columns))
         share = shares(motion.machine, motion.parameters)
         return np.array([share_torques(S_m, forces, share) for S_m, forces in zip(slopes, tau, strict=True)])
 

@@ -223,7 +223,9 @@ def linearize(
     roots = [root_of(motion, s) for s in (*wanted_in, *wanted_out)]
     by_q, by_qd, by_qdd = motion.jacobians(roots, state)
     F = by_qd[: len(wanted_in)].T
-    rows = [_rows(by_q[k], by_qd[k], by_qdd[k], s.order) for k, s in enumerate(wanted_out, start=len(wanted_in))]
+    none, numbered = 0 * by_qd, [*enumerate(wanted_out, start=len(wanted_in))]
+    of_positions = by_qd, none, none  # roots are velocities: their rows by qd are those of positions by q
+    rows = [[x[k] for x in ((by_q, by_qd, by_qdd) if s.order else of_positions)] for k, s in numbered]
     Cq, Cv, Ca = (np.array([row[k] for row in rows]).reshape(len(rows), n) for k in range(3))
     motors = motion.motor_slopes(state.q)
     return Linearization(
@@ -244,11 +246,6 @@ def root_of(motion: EquationsOfMotion, signal: Signal, at_rest: bool = False) ->
         row, blocks = motion.machine.with_variable.index(signal.number), motion.joint_coordinate_rates
     root: Scalar = blocks[signal.order == 2 and not at_rest][row]
     return root
-
-
-def _rows(by_q: Array, by_qd: Array, by_qdd: Array, order: int) -> tuple[Array, Array, Array]:
-    """Return the rows of Cq, Cv, Ca of an output: a position (0), a velocity (1) or an acceleration (2)."""
-    return (by_q, by_qd, by_qdd) if order else (by_qd, 0 * by_qd, 0 * by_qd)
 
 
 def with_motors(
@@ -334,10 +331,9 @@ def linear_slopes(linear: Linearization, names: Sequence[str] = ()) -> LinearSlo
     adjoint[n:, 3 * k * k :] = np.repeat(np.eye(rows), k, axis=1)
     along, none = np.tile(retained, k), np.zeros((n, k * k))
     nothing, jacobian = np.zeros((n, rows * k)), np.tile(retained, rows)
-    dq, dqd, dqdd = (
-        np.hstack([*(along if block == order else none for block in range(3)), jacobian if order == 1 else nothing])
-        for order in range(3)
-    )
+    dq = np.hstack([along, none, none, nothing])
+    dqd = np.hstack([none, along, none, jacobian])
+    dqdd = np.hstack([none, none, along, nothing])
     by_name = motion.parameter_slopes(linear.state, adjoint, dq, dqd, dqdd, [*motion.residual, *roots])
     derivatives = np.array([by_name[name] for name in chosen]).reshape(len(chosen), adjoint.shape[1])
     K, D, M = derivatives[:, : 3 * k * k].reshape(len(chosen), 3, k, k).transpose(1, 0, 2, 3)
@@ -363,9 +359,10 @@ def _velocities(linear: Linearization) -> list[Scalar]:
     """Return the expressions of velocities of inputs and outputs, and of motors."""
     motion = linear.motion
     signals = (*inputs(motion.given, linear.inputs), *outputs(motion.given, linear.outputs))
-    return [root_of(motion, s, at_rest=True) for s in signals] + [
-        _motor_rate(motion, m) for m in range(len(linear.motors))
-    ]
+    machine, coordinates = motion.machine, motion.bound.coordinates
+    rows = [(coordinates.S_x if j in machine.with_variable else coordinates.S)[j] for j in machine.motors]
+    of_signals = [root_of(motion, s, at_rest=True) for s in signals]
+    return of_signals + [product(row, motion.bound.qd) for row in rows[: len(linear.motors)]]
 
 
 def _row_slopes(linear: Linearization, slopes: Array) -> tuple[Array, Array, Array]:
@@ -376,12 +373,6 @@ def _row_slopes(linear: Linearization, slopes: Array) -> tuple[Array, Array, Arr
     for o, s in enumerate(outs):
         C[s.order, :, o] = slopes[:, ins + o]
     return slopes[:, :ins].transpose(0, 2, 1), C, slopes[:, ins + len(outs) :]
-
-
-def _motor_rate(motion: EquationsOfMotion, m: int) -> Scalar:
-    """Return the expression of the rate of a motor."""
-    j, coordinates = motion.machine.motors[m], motion.bound.coordinates
-    return product(coordinates.S_x[j] if j in motion.machine.with_variable else coordinates.S[j], motion.bound.qd)
 
 
 def response_slopes(slopes: LinearSlopes, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -100,7 +100,12 @@ class Modes(Result):
     @cached_property
     def damping_sensitivity(self) -> DampingSensitivity:
         """Derivatives of the damping ratios by all parameters."""
-        return damping_sensitivity(self)
+        slopes, there = linear_slopes(self.linear), np.flatnonzero(self.paired >= 0)
+        poles = self.poles[self.paired[there]]
+        slopes_of_ratios = np.full((len(slopes.names), len(self.eigenvalues)), np.nan)
+        slopes_of_ratios[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
+        values = np.array([self.linear.motion.parameters[name] for name in slopes.names])
+        return DampingSensitivity(slopes.names, values, slopes_of_ratios, self.damping_ratios)
 
     @property
     def growth(self) -> Array:
@@ -111,10 +116,6 @@ class Modes(Result):
     def rigid(self) -> int:
         """Number of modes at exactly 0 Hz."""
         return int(np.sum(self.eigenvalues == 0.0))
-
-    def clusters(self) -> list[slice]:
-        """Return the modes of the repeated frequencies, a slice each."""
-        return clusters(self.eigenvalues)
 
     @property
     def headline(self) -> str:
@@ -131,19 +132,16 @@ def modes(linear: Linearization) -> Modes:
     """
     motion = linear.motion
     if not linear.is_symmetric:
-        what = (
-            "K is not symmetric, because wrenches turn with their bodies or the state moves, so modes are not real: "
-            "linearize gives A and its poles, and --hover supports a base by forces of constant direction"
-        )
-        raise InputError(motion.source, "modes", what)
+        why = "K is not symmetric, because wrenches turn with their bodies or the state moves, so modes are not real"
+        way_out = "linearize gives A and its poles, and --hover supports a base by forces of constant direction"
+        raise InputError(motion.source, "modes", f"{why}: {way_out}")
     refuse_singular(motion, linear.M, linear.kept)
     eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
     shapes = shapes * np.where(np.sum(shapes * np.abs(shapes) ** 7, axis=0) < 0, -1.0, 1.0)
     poles, vectors = damped_poles(linear)
     paired = _paired_poles(linear, eigenvalues, shapes, poles, vectors)
-    return Modes(
-        linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, paired), poles, paired
-    )
+    ratios = _damping_ratios(linear, eigenvalues, shapes, poles, paired)
+    return Modes(linear, eigenvalues, shapes, ratios, poles, paired)
 
 
 def refuse_rigid(linear: Linearization) -> None:
@@ -223,11 +221,8 @@ def _paired_poles(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, vectors: ComplexArray
 ) -> IndexArray:
     """Return the index of the pole with the most similar shape and frequency to each mode, -1 without one."""
-    paired, swings, pairs = (
-        np.full(len(eigenvalues), -1),
-        np.flatnonzero(eigenvalues > 0),
-        np.flatnonzero(poles.imag > 0),
-    )
+    paired, swings = np.full(len(eigenvalues), -1), np.flatnonzero(eigenvalues > 0)
+    pairs = np.flatnonzero(poles.imag > 0)
     if not linear.D.any() or not len(pairs):
         return paired
     projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
@@ -266,20 +261,6 @@ class DampingSensitivity:
     ratios: Array
 
 
-def damping_sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> DampingSensitivity:
-    """Return the derivatives of damping ratios by parameters, all unless some are named.
-
-    Raises `InputError` for unknown names.
-    """
-    slopes = linear_slopes(modal.linear, parameters)
-    there = np.flatnonzero(modal.paired >= 0)
-    poles = modal.poles[modal.paired[there]]
-    slopes_of_ratios = np.full((len(slopes.names), len(modal.eigenvalues)), np.nan)
-    slopes_of_ratios[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
-    values = np.array([modal.linear.motion.parameters[name] for name in slopes.names])
-    return DampingSensitivity(slopes.names, values, slopes_of_ratios, modal.damping_ratios)
-
-
 def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
     """Return the derivatives of all frequencies by parameters, all that have an influence unless some are named.
 
@@ -293,15 +274,15 @@ def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
     slopes *= rate
     influential = [k for k in range(len(names)) if parameters or slopes[k].any()]
     values = np.array([motion.parameters[names[k]] for k in influential])
-    swinging = [tuple(range(c.start, c.stop)) for c in modal.clusters() if modal.eigenvalues[c.start] > 0]
-    repeated = tuple(modes for modes in swinging if len(modes) > 1)
+    swinging = [c for c in clusters(modal.eigenvalues) if modal.eigenvalues[c.start] > 0]
+    repeated = tuple(tuple(range(c.start, c.stop)) for c in swinging if c.stop - c.start > 1)
     return Sensitivity(tuple(names[k] for k in influential), values, slopes[influential], frequencies, repeated)
 
 
 def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
     """Return d lambda / dp (names, modes); zero for modes at 0 Hz."""
     motion, state = modal.linear.motion, modal.linear.state
-    swinging = [cluster for cluster in modal.clusters() if modal.eigenvalues[cluster.start] > 0]
+    swinging = [cluster for cluster in clusters(modal.eigenvalues) if modal.eigenvalues[cluster.start] > 0]
     modes = [range(cluster.start, cluster.stop) for cluster in swinging]
     pairs = [(a, b) for cluster in modes for a in cluster for b in cluster]
     slopes = np.zeros((len(names), len(modal.eigenvalues)))

@@ -35,7 +35,9 @@ def response_figures(linear: Linearization, frequencies: Sequence[float] = ()) -
     never does. `at f Hz` are magnitudes at `frequencies`. Raises `InputError` without input or output.
     """
     refuse_missing_signals(linear)
-    grid = _around_poles(linear)
+    poles, _ = damped_poles(linear)
+    swinging = np.concatenate([np.abs(poles[poles.imag > 0]), poles.imag[poles.imag > 0]]) / (2 * np.pi)
+    grid = np.unique(np.concatenate([frequency_grid(linear), swinging]))
     response = frequency_response(linear, np.array([0.0, *grid]))
     chosen = frequency_response(linear, np.array(frequencies, dtype=float)) if frequencies else None
     figures: dict[str, float] = {}
@@ -111,11 +113,3 @@ class _Magnitude:
         low, high = self.frequencies[below[0] - 1], self.frequencies[below[0]]
         solve = for_vibrations("scipy.optimize").brentq
         return float(solve(lambda f: self.at(f) - level, low, high, xtol=EXACT * high))
-
-
-def _around_poles(linear: Linearization) -> Array:
-    """Return frequencies in Hz, ascending: around all poles, and at their oscillation frequencies."""
-    poles, _ = damped_poles(linear)
-    swinging = np.concatenate([np.abs(poles[poles.imag > 0]), poles.imag[poles.imag > 0]]) / (2 * np.pi)
-    grid = frequency_grid(linear)
-    return np.asarray(np.unique(np.concatenate([grid, swinging])))

@@ -46,13 +46,10 @@ LEAST_SHOWN = 0.005
 @figures_of.register
 def _(response: Response) -> dict[str, Plot | str]:
     """Return bode_<input> for each input, stiffness_<output> for each frame along a force on it."""
-    plots: dict[str, Plot | str] = {
-        f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))
-    }
+    bodes = {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
     names = labels([point.output for point in response.stiffnesses])
-    return plots | {
-        f"stiffness_{x}": stiffness(response, point) for x, point in zip(names, response.stiffnesses, strict=True)
-    }
+    points = zip(names, response.stiffnesses, strict=True)
+    return {**bodes, **{f"stiffness_{name}": stiffness(response, point) for name, point in points}}
 
 
 @figures_of.register
@@ -147,9 +144,8 @@ def _stiffness(response: Response, point: PointStiffness, magnitude: Any, spring
     if np.isfinite(point.static):
         magnitude.axhline(factor * point.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
     if np.isfinite(point.peak) and point.frequency > 0:
-        magnitude.plot(
-            point.frequency, factor * point.peak, "v", color=curve(1)["color"], markersize=7, label="largest"
-        )
+        look = {"color": curve(1)["color"], "markersize": 7, "label": "largest"}
+        magnitude.plot(point.frequency, factor * point.peak, "v", **look)
     if np.isinf(point.peak):
         magnitude.axvline(point.frequency, color=curve(1)["color"], linestyle=":", label="undamped resonance")
     logarithmic(magnitude, "x", "y")
@@ -188,14 +184,8 @@ def shapes(modal: Modes) -> Plot:
     names = modal.linear.coordinates
     weighted = np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes
     weighted = weighted / np.abs(weighted).max(axis=0, initial=0.0)
-    return _picture(
-        weighted,
-        names,
-        modal,
-        "mode shapes, joints weighted by the roots of their inertias",
-        "{:.2f}",
-        "motion, of the largest",
-    )
+    what = "mode shapes, joints weighted by the roots of their inertias"
+    return _picture(weighted, names, modal, what, "{:.2f}", "motion, of the largest")
 
 
 def energies(modal: Modes) -> Plot:
@@ -254,10 +244,8 @@ def _joint(tracked: Tracked, k: int) -> str:
 
 def _shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Plot:
     """Return shapes of some modes over the positions of a joint, a row for each joint weighted by its mass."""
-    shapes = {
-        k: np.array([np.sqrt(np.diag(modal.linear.M)) * modal.shapes[:, k] for modal in tracked.modes]).T
-        for k in chosen
-    }
+    weighted = np.array([np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes for modal in tracked.modes])
+    shapes = {k: weighted[:, :, k].T for k in chosen}
     rows = sum(min(MOST_ROWS, len(tracked.modes[0].linear.coordinates)) for _ in chosen)
     title = f"{tracked.modes[0].linear.motion.machine.name}: mode shapes over {tracked.joints[0]}"
     draw = partial(_draw_shapes_over_one, tracked, shapes)

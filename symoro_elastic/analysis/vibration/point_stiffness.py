@@ -33,13 +33,10 @@ def point_stiffnesses(linear: Linearization, response: Response) -> tuple[PointS
         if (force.number, force.component, force.at) == (moved.number, moved.component, moved.at)
     ]
     moving = [(i, j) for i, j in pairs if linear.F[:, j].any()]
-    figures, at_rest = (response_figures(linear), _at_rest(linear)) if moving else ({}, np.zeros(0))
+    if not moving:
+        return ()
+    figures, at_rest = response_figures(linear), frequency_response(linear, np.zeros(1)).values[0]  # NaN of free ones
     return tuple(_of_pair(linear, response, figures, at_rest[i, j], i, j) for i, j in moving)
-
-
-def _at_rest(linear: Linearization) -> AnyArray:
-    """Return the static compliances (outputs, inputs); NaN for free motions."""
-    return np.asarray(frequency_response(linear, np.zeros(1)).values[0])
 
 
 def _of_pair(

@@ -52,11 +52,6 @@ class ReferenceTrajectory:
         """Return the number of derivatives of a motor."""
         return len(self.y[motor]) - 1
 
-    @property
-    def positions_only(self) -> bool:
-        """Whether no motor has a derivative."""
-        return not self.doubts and all(len(rows) == 1 for rows in self.y.values())
-
 
 def read_reference(
     path: str | Path, machine: Machine, degree: int | None = None, usual: int = 5, rate: float | None = None
@@ -67,7 +62,8 @@ def read_reference(
     they are sampled at `rate` Hz. Raises `InputError`.
     """
     samples = read_samples(path, machine)
-    if degree is not None or samples.positions_only:
+    has_positions_only = not samples.doubts and all(len(rows) == 1 for rows in samples.y.values())
+    if degree is not None or has_positions_only:
         positions = {name: rows[0] for name, rows in samples.y.items()}
         return through(samples.t, positions, usual if degree is None else degree, rate, samples.source)
     if rate is not None:
@@ -86,7 +82,8 @@ def read_samples(path: str | Path, machine: Machine) -> ReferenceTrajectory:
     named, _ = named_columns(columns, machine, source)
     if ("t", "") not in named:
         raise missing(["t"], columns, source, "give the time of each sample, s")
-    t, letter = _time(named["t", ""], source), _letter(named)
+    t, letters = _time(named["t", ""], source), {quantity[0] for quantity, _ in named}
+    letter = "q" if "q" in letters and "y" not in letters else "y"
     y = _by_motor(named, letter, machine, columns, source)
     jumps = {name: _first_jump(t, rows) for name, rows in y.items()}
     finite = {name: rows[: jumps[name][0] + 1] for name, rows in y.items()}
@@ -151,7 +148,12 @@ def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Refere
     what = f"{len(t)} samples of {len(curves)} motors with {HIGHEST_DERIVATIVE} derivatives"
     numbers = len(t) * len(curves) * (HIGHEST_DERIVATIVE + 1)
     refuse_numbers(numbers, what, source, "--sample-rate", "give a lower rate, or a shorter motion")
-    return ReferenceTrajectory(t, {name: _sample(curve, t) for name, curve in curves.items()}, source)
+    orders = {name: range(1, _smoothness(curve) + 1) for name, curve in curves.items()}
+    y = {
+        name: np.array([curve(t), *(curve.derivative(k)(t) for k in orders[name])], dtype=float)
+        for name, curve in curves.items()
+    }
+    return ReferenceTrajectory(t, y, source)
 
 
 def times(first: float, last: float, rate: float | None = None, beyond: bool = False) -> Array:
@@ -163,11 +165,6 @@ def times(first: float, last: float, rate: float | None = None, beyond: bool = F
         raise InputError("symoro-elastic", "--sample-rate", what)
     steps = np.ceil(count * (1 - 1e-12)) if beyond else np.floor(count * (1 + 1e-12))
     return np.asarray(first + np.arange(int(steps) + 1) / rate)
-
-
-def _sample(curve: Any, t: Array) -> Array:
-    order = _smoothness(curve)
-    return np.array([curve(t)] + [curve.derivative(k)(t) for k in range(1, order + 1)], dtype=float)
 
 
 def _smoothness(curve: Any) -> int:
@@ -188,9 +185,8 @@ def _smoothness(curve: Any) -> int:
 
 def _refuse_degree(degree: int, source: str) -> None:
     if not 1 <= degree <= HIGHEST_DERIVATIVE + 1:
-        raise InputError(
-            source, "--degree", f"{degree} is not a degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
-        )
+        what = f"{degree} is not a degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
+        raise InputError(source, "--degree", what)
 
 
 def _of_motors(numbers: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
@@ -215,12 +211,6 @@ def _time(t: Array, source: str) -> Array:
     return t
 
 
-def _letter(named: Mapping[tuple[str, str], Array]) -> str:
-    """Return the letter of positions in a file: y or q."""
-    letters = {quantity[0] for quantity, _ in named}
-    return "q" if "q" in letters and "y" not in letters else "y"
-
-
 def _by_motor(
     named: Mapping[tuple[str, str], Array], letter: str, machine: Machine, columns: Iterable[str], source: str
 ) -> dict[str, Array]:
@@ -228,10 +218,8 @@ def _by_motor(
     motors = [joint.name for joint in machine.motor_joints]
     foreign = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
     if foreign:
-        what = (
-            "only motors and their springs have a trajectory, other joints do not: give y_<motor>, yd_<motor> ... alone"
-        )
-        raise InputError(source, foreign[0], what)
+        what = "only motors and their springs have a trajectory, other joints do not"
+        raise InputError(source, foreign[0], f"{what}: give y_<motor>, yd_<motor> ... alone")
     trajectories = {}
     for name in motors:
         orders = [k for k in range(HIGHEST_DERIVATIVE + 1) if (letter + "d" * k, name) in named]
@@ -239,16 +227,12 @@ def _by_motor(
             lacking = next(k for k in range(HIGHEST_DERIVATIVE + 2) if k not in orders)
             raise missing([f"{letter}{'d' * lacking}_{name}"], columns, source, "give it in a column of this name")
         trajectories[name] = np.array([named[letter + "d" * k, name] for k in orders])
-        _refuse_not_finite(trajectories[name], f"{letter}_{name}", source)
+        finite = np.isfinite(trajectories[name]).all(axis=0)
+        if not finite.all():
+            where = place_of_sample(source, int(np.argmin(finite)))
+            what = f"NaN or infinity in the motion or its derivatives, {where}"
+            raise InputError(source, f"{letter}_{name}", what)
     return trajectories
-
-
-def _refuse_not_finite(rows: Array, column: str, source: str) -> None:
-    """Raise `InputError` for the first sample of a motion (orders, N) that is not a number."""
-    finite = np.isfinite(rows).all(axis=0)
-    if not finite.all():
-        where = place_of_sample(source, int(np.argmin(finite)))
-        raise InputError(source, column, f"NaN or infinity in the motion or its derivatives, {where}")
 
 
 def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
@@ -263,8 +247,6 @@ def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
         off = np.abs(changed - integrated) - h * np.maximum(bent[1:], bent[:-1]) - ROUNDED * np.abs(below).max()
         if (off > 0).any():
             at = int(np.argmax(off))
-            jump = (
-                f"changes by {changed[at]:.3g} at {t[at]:.4g} s, the integral of the next one by {integrated[at]:.3g}"
-            )
-            return k, f"derivative {k} {jump}: it jumps, units differ, or samples are too far apart"
+            jump = f"derivative {k} changes by {changed[at]:.3g} at {t[at]:.4g} s, the integral of the next one by"
+            return k, f"{jump} {integrated[at]:.3g}: it jumps, units differ, or samples are too far apart"
     return len(rows) - 1, ""

@@ -67,9 +67,8 @@ class PointStiffness:
         if np.isinf(self.peak):
             return f"{sentence}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
         factor, unit = in_micro(self.unit)
-        return (
-            f"{sentence}; largest at {self.frequency:.4g} Hz, {factor * self.peak:.4g} {unit}{_first(self.shaken_by)}"
-        )
+        peak = f"{factor * self.peak:.4g} {unit}{_first(self.shaken_by)}"
+        return f"{sentence}; largest at {self.frequency:.4g} Hz, {peak}"
 
 
 def _first(shares: dict[str, float]) -> str:
@@ -189,9 +188,12 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     frequencies = np.asarray(frequencies, dtype=float)
     if frequencies.ndim != 1 or not len(frequencies) or not (np.isfinite(frequencies) & (frequencies >= 0)).all():
         raise InputError(linear.motion.source, "--frequency", "frequencies are numbers of Hz from 0 upwards")
-    _refuse_large(linear, len(frequencies))
+    inputs, outputs = len(linear.inputs), len(linear.outputs)
+    what = f"{len(frequencies)} frequencies of {inputs} inputs and {outputs} outputs"
+    way_out = "give fewer, or choose by --input and --output"
+    refuse_numbers(2 * len(frequencies) * inputs * outputs, what, linear.motion.source, "--band", way_out)
     infinite, notes = _resonances(linear, frequencies)
-    values = np.full((len(frequencies), len(linear.outputs), len(linear.inputs)), np.nan, dtype=complex)
+    values = np.full((len(frequencies), outputs, inputs), np.nan, dtype=complex)
     finite = np.flatnonzero(~infinite)
     for first in range(0, len(finite), BLOCK):
         block = finite[first : first + BLOCK]
@@ -211,14 +213,6 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
         machine=linear.motion.machine.name,
         linear=linear,
     )
-
-
-def _refuse_large(linear: Linearization, count: int) -> None:
-    """Raise `InputError` for responses of all inputs at all outputs that exceed the memory limit."""
-    inputs, outputs = len(linear.inputs), len(linear.outputs)
-    what = f"{count} frequencies of {inputs} inputs and {outputs} outputs"
-    way_out = "give fewer, or choose by --input and --output"
-    refuse_numbers(2 * count * inputs * outputs, what, linear.motion.source, "--band", way_out)
 
 
 def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:
@@ -261,10 +255,8 @@ def with_modal_damping_slopes(slopes: LinearSlopes, ratio: float) -> LinearSlope
     Phi, squares = modal.shapes, modal.eigenvalues
     w, below = np.sqrt(np.maximum(squares, 0.0)), np.maximum(-squares, 0.0)
     changed = Phi.T @ slopes.K @ Phi - (Phi.T @ slopes.M @ Phi) * squares
-    larger = np.maximum.outer(w, w)
-    sums = np.add.outer(w, w) + np.divide(
-        np.add.outer(below, below), larger, out=np.zeros_like(larger), where=larger > 0
-    )
+    larger, below = np.maximum.outer(w, w), np.add.outer(below, below)
+    sums = np.add.outer(w, w) + np.divide(below, larger, out=np.zeros_like(larger), where=larger > 0)
     dR = np.divide(changed, sums, out=np.zeros_like(changed), where=larger > 0)
     shapes = linear.M @ Phi
     return replace(slopes, D=slopes.D + 2 * ratio * (slopes.M @ (Phi * w) @ shapes.T + shapes @ dR @ shapes.T))

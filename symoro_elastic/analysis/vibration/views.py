@@ -103,9 +103,8 @@ def state_lines(linear: Linearization) -> list[str]:
     lines += [f"carried by {', '.join(carrying)}"] if carrying else []
     if sag and np.abs(state.q[sag]).max() > 0:
         most = max(sag, key=lambda k: abs(state.q[k]))
-        lines.append(
-            f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g} {motion.joints[most].unit}"
-        )
+        largest = f"{motion.names[most]} {state.q[most]:.4g} {motion.joints[most].unit}"
+        lines.append(f"largest of the other positions: {largest}")
     return lines
 
 
@@ -269,18 +268,14 @@ def tracked_conclusion(tracked: Tracked) -> str:
     conclusion = "no frequency depends on the position"
     if spread.any():
         conclusion = f"mode {k + 1} depends most on the position: {low[k]:.4g} to {high[k]:.4g} Hz"
-    growing = np.flatnonzero(tracked.growth.any(axis=0))
-    parts = [conclusion, *(f"mode {m + 1} grows at {_positions(tracked.growth[:, m])}" for m in growing)]
+    growing, counts = np.flatnonzero(tracked.growth.any(axis=0)), np.count_nonzero(tracked.growth, axis=0)
+    there = f"of {len(f)} positions, so it is not a vibration there"
+    parts = [conclusion, *(f"mode {m + 1} grows at {counts[m]} {there}" for m in growing)]
     if tracked.doubtful:
         point, mode = tracked.doubtful[0]
         count = len(tracked.doubtful)
         parts.append(f"{count} pairs are in doubt (mode {mode + 1} at position {point + 1}): a finer grid")
     return "; ".join(parts)
-
-
-def _positions(growth: Array) -> str:
-    count = int(np.count_nonzero(growth))
-    return f"{count} of {len(growth)} positions, so it is not a vibration there"
 
 
 declare(

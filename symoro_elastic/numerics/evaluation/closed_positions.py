@@ -49,8 +49,7 @@ class Followed:
 
     def at(self, q: Array) -> Array:
         """Return q_dep (samples, d) at q (samples, n); NaN where the branch of the start does not lead there."""
-        q_dep: Array = self._assembly.positions_at(self._start, q)[:, self._assembly.unknown]
-        return q_dep
+        return np.asarray(self._assembly.positions_at(self._start, q)[:, self._assembly.unknown])
 
 
 def with_dependent(machine: Machine, state: AnyState, values: Mapping[str, float] | None = None) -> AnyState:

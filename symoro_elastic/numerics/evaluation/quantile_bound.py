@@ -77,8 +77,7 @@ def bound_of_quotients(errors: Array, results: Array, more: int) -> float:
         return largest
 
     def moments(a: Array) -> Array:
-        scaled: Array = np.log(np.exp(a[:, None] * (absolute - most)).mean(axis=1))
-        return scaled
+        return np.asarray(np.log(np.exp(a[:, None] * (absolute - most)).mean(axis=1)))
 
     return max(largest, _bound(tail, more / len(errors), spread, most - float(logs[-1]), moments))
 

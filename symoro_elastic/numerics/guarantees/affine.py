@@ -81,14 +81,11 @@ class Affine:
     def __truediv__(self, other: Operand) -> Affine:
         return self * affine(other).reciprocal()
 
-    def __radd__(self, other: int) -> Affine:
-        return self + other
-
     def __rsub__(self, other: int) -> Affine:
         return -self + other
 
-    def __rmul__(self, other: int) -> Affine:
-        return self * other
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __rtruediv__(self, other: int) -> Affine:
         return affine(other) / self
@@ -96,8 +93,7 @@ class Affine:
     @property
     def size(self) -> Array:
         """At least the sum of the magnitudes of all terms."""
-        size: Array = abs(self.center) + self.radius
-        return size
+        return np.asarray(abs(self.center) + self.radius)
 
     @property
     def range(self) -> Interval:
@@ -109,8 +105,7 @@ class Affine:
     @property
     def magnitude(self) -> Array:
         """The largest absolute value."""
-        largest: Array = self.range.magnitude
-        return largest
+        return np.asarray(self.range.magnitude)
 
     def line(self, slope: Array, constant: Array, off: Array, size: Array) -> Affine:
         """slope x + constant +- off; `size` bounds the terms of both coefficients, for their rounding."""

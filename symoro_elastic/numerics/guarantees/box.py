@@ -91,9 +91,7 @@ class Box:
 
     def states(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
         """Values of all variables at random states, distributed as `drawn` says."""
-        low, high = (
-            np.array([getattr(x, end) for x in self.ranges.values()]).reshape(-1, 1) for end in ("low", "high")
-        )
+        low, high = np.array([(x.low, x.high) for x in self.ranges.values()]).reshape(-1, 2, 1).swapaxes(0, 1)
         positions = np.array([name in self.positions for name in self.ranges], dtype=bool).reshape(-1, 1)
         return dict(zip(self.ranges, drawn(low, high, positions, count, rng), strict=True))
 
@@ -116,8 +114,7 @@ def drawn(low: Array, high: Array, positions: BoolArray, count: int, rng: np.ran
     part = rng.random((len(low), count))
     corners = slice(count - count // 2, None)
     part[:, corners] = np.where(positions, part[:, corners], np.round(part[:, corners]))
-    states: Array = np.minimum(low + (high - low) * part, high)
-    return states
+    return np.asarray(np.minimum(low + (high - low) * part, high))
 
 
 def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:
@@ -173,9 +170,8 @@ def _without_limits(machine: Machine, missing: Mapping[str, Sequence[Joint]]) ->
         what += ", or take the ranges of springs from a motion (--limits motion --scene FILE)"
     remaining = [(quantity, others), *more]
     lists = [f"{name} of {in_words([other.name for other in joints], 'and')}" for name, joints in remaining if joints]
-    return machine.error(
-        f"limits, {joint.name}", "; missing, too: ".join([what, "; ".join(lists)] if lists else [what])
-    )
+    what += f"; missing, too: {'; '.join(lists)}" if lists else ""
+    return machine.error(f"limits, {joint.name}", what)
 
 
 def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:

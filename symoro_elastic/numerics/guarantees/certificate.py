@@ -118,11 +118,6 @@ Knowledge: TypeAlias = Callable[[Parts], Known]
 """A function from sub-boxes to functions that narrow the intervals of nodes there."""
 
 
-def nothing_known(parts: Parts) -> Known:
-    """No knowledge beyond intervals."""
-    return {}
-
-
 @dataclass(frozen=True)
 class Subject:
     """The subject of a certificate: a function, its box, rounding, and knowledge of its nodes.
@@ -134,7 +129,7 @@ class Subject:
     function: Function
     box: Box
     rounding: Rounding
-    knowledge: Knowledge = nothing_known
+    knowledge: Knowledge = lambda parts: {}
     solver: Solver | None = None
     is_printed: bool = False
 
@@ -159,12 +154,21 @@ class Subject:
         program, changed = in_printed_order(self.function.program)
 
         def knowledge(parts: Parts) -> Known:
-            narrowings = {number: (changed.get(number), x) for number, x in self.knowledge(parts).items()}
-            return dict(_of_positive(number, new, x) for number, (new, x) in narrowings.items())
+            return dict(_of_positive(number, changed.get(number), x) for number, x in self.knowledge(parts).items())
 
         solver = self.solver and self.solver.of_program(partial(in_place_of, changed=changed), program)
         function = replace(self.function, program=program)
         return replace(self, function=function, knowledge=knowledge, solver=solver, is_printed=True)
+
+    @cached_property
+    def used_box(self) -> Box:
+        """The box of the variables that the program uses."""
+        return self.box.of(name for name in self.box.ranges if name in self.function.program.used)
+
+    def cut(self, errors: Callable[[Parts], Array], most: int, progress: Progress = no_progress) -> Parts:
+        """The sub-boxes, at most `most`, cut along positions where that makes errors smallest."""
+        names = [name for name in self.used_box.open if name in self.box.positions]
+        return cut(self.used_box.whole, names, errors, most, progress)
 
     def bounds(self, parts: Parts) -> Bounds:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
@@ -186,8 +190,7 @@ class Subject:
         if not adjoints or not len(running):
             return running
         by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds, forms)
-        smaller: Array = np.minimum(running, by_adjoints)
-        return smaller
+        return np.asarray(np.minimum(running, by_adjoints))
 
     def solver_bounds(self, bounds: Bounds, parts: Parts, adjoints: bool = True) -> Bounds:
         """Ranges and errors of all nodes, narrowed by the bounds of the linear system (lemma 8)."""
@@ -258,21 +261,18 @@ def _is_far(proven: float, sampled: float) -> bool:
 
 def sub_boxes_of(subject: Subject, most: int, progress: Progress = no_progress) -> Parts:
     """The sub-boxes, at most `most`, that make error bounds smallest."""
-    parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
-    names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
 
     def errors(parts: Parts) -> Array:
         return subject.errors(subject.solver_bounds(subject.bounds(parts), parts, adjoints=False), adjoints=False)
 
-    return cut(parts, names, errors, most, progress)
+    return subject.cut(errors, most, progress)
 
 
 def _samples(subject: Subject, rng: np.random.Generator) -> list[_Sample]:
     """Magnitudes at random states, and confident bounds of errors at unseen states from proven errors at these."""
-    used = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
-    if not used.ranges:
+    if not subject.used_box.ranges:
         return [_Sample(0.0, 0.0)] * len(subject.results)
-    states = points(used.states(DRAWN, rng))
+    states = points(subject.used_box.states(DRAWN, rng))
     bounds = subject.solver_bounds(subject.bounds(states), states, adjoints=False)
     largest = [float(np.max(bounds.range_of(x).magnitude)) for x in subject.results]
     errors = [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in subject.errors(bounds, adjoints=False)]

@@ -151,7 +151,8 @@ def _proven(x: Operand, subject: Subject) -> tuple[float, float, float]:
     error = rounding_bound(x, subject.box, subject.rounding).bound
     if not math.isfinite(error):
         return math.inf, -math.inf, math.inf
-    middle = _middle(x, subject.box)
+    values = evaluate([x], subject.box.states(DRAWN, np.random.default_rng(0)), arithmetic(np.float64))(x)
+    middle = float(np.min(values) / 2 + np.max(values) / 2)
     half = largest((x, Fraction(middle)), subject.box, work=WORK).bound
     return error, float(np.nextafter(middle - half, -math.inf)), float(np.nextafter(middle + half, math.inf))
 
@@ -159,14 +160,5 @@ def _proven(x: Operand, subject: Subject) -> tuple[float, float, float]:
 def _smaller(entry: EntryBound, proven: tuple[float, float, float], is_negative: bool) -> EntryBound:
     error, low, high = proven
     low, high = (-high, -low) if is_negative else (low, high)
-    error = min(entry.error, error)
-    return replace(
-        entry, error=error, likely=min(entry.likely, error), low=max(entry.low, low), high=min(entry.high, high)
-    )
-
-
-def _middle(x: Operand, box: Box) -> float:
-    """Return the middle of the values at random states."""
-    states = box.states(DRAWN, np.random.default_rng(0))
-    value = evaluate([x], states, arithmetic(np.float64))(x)
-    return float(np.min(value) / 2 + np.max(value) / 2)
+    error, low, high = min(entry.error, error), max(entry.low, low), min(entry.high, high)
+    return replace(entry, error=error, likely=min(entry.likely, error), low=low, high=high)

@@ -30,11 +30,11 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
-from symoro_elastic.numerics.guarantees.box import Parts, cut
+from symoro_elastic.numerics.guarantees.box import Parts
 from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval, meets_jump, not_bounded_where
 from symoro_elastic.numerics.guarantees.largest_value import largest
-from symoro_elastic.numerics.guarantees.mean_value import add_adjoint
+from symoro_elastic.numerics.guarantees.mean_value import add_adjoint, unit_adjoint
 from symoro_elastic.numerics.guarantees.polynomials import on_both_sides
 from symoro_elastic.numerics.guarantees.running_error import Bounds
 from symoro_elastic.symbolic import operations as op
@@ -146,7 +146,8 @@ class _Recursion:
             difference, rate = end - original, end - full
         elif node.id in self._edits.straightened:
             x, end = node.operands[0], self.value(node.operands[0])
-            rate = _angle_less_sine(end)
+            low, high = (np.sign(x) * np.abs(x) ** 3 / 6 * (1 + 2.0**-48) for x in end)  # x - sin x: 0 to x^3 / 6
+            rate = not_bounded_where(~end.is_bounded, Interval(np.minimum(low, 0.0), np.maximum(high, 0.0)))
             difference = self._difference_from_operands(node) + rate if self.of(x) is not ZERO else rate
         else:
             end = self._value_from_operands(node, gone=True)
@@ -179,11 +180,8 @@ def _by_mean_value(
     adjoints: dict[int, Interval] = {}
     for k, x in enumerate(results):
         if type(x) is Expression:
-            unit = np.zeros((len(results), *bounds.shape))
-            unit[k] = 1.0
-            add_adjoint(adjoints, x, Interval(unit, unit))
-    zero = np.zeros((len(results), *bounds.shape))
-    total = Interval(zero, zero)
+            add_adjoint(adjoints, x, unit_adjoint(k, len(results), bounds.shape))
+    total = ZERO
     for node in reversed(nodes):
         adjoint = adjoints.pop(node.id, None)
         if adjoint is None:
@@ -198,7 +196,7 @@ def _by_mean_value(
         for operand, part in zip(node.operands, _partials(node, adjoint, path, edits), strict=True):
             if type(operand) is Expression:
                 add_adjoint(adjoints, operand, part)
-    return total.magnitude
+    return np.broadcast_to(total.magnitude, (len(results), *bounds.shape))
 
 
 def _partials(node: Expression, adjoint: Interval, path: _Recursion, edits: ChangedNodes) -> list[Interval]:
@@ -215,12 +213,6 @@ def _partials(node: Expression, adjoint: Interval, path: _Recursion, edits: Chan
     if node.id in edits.straightened:
         return [part.hull(adjoint) for part in parts]
     return [part.hull(0) if path.is_gone(node, k) else part for k, part in enumerate(parts)]
-
-
-def _angle_less_sine(x: Interval) -> Interval:
-    """x - sin x, which grows with x, and is at most |x|^3 / 6."""
-    low, high = (np.sign(end) * np.abs(end) ** 3 / 6 * (1 + 2.0**-48) for end in x)
-    return not_bounded_where(~x.is_bounded, Interval(np.minimum(low, 0.0), np.maximum(high, 0.0)))
 
 
 Passed: TypeAlias = Callable[[Interval, Sequence[Interval], Sequence[Interval], Sequence[Interval]], Interval]
@@ -303,8 +295,4 @@ class ReducedErrors:
         def errors(parts: Parts) -> Array:
             return errors_of_changes(self.whole.nodes, self.whole.results, self.whole.bounds(parts), changes)
 
-        box = self.whole.box
-        parts = box.of(name for name in box.ranges if name in self.whole.function.program.used).whole
-        names = [name for name in parts if name in box.positions and name in box.open]
-        worst: Array = errors(cut(parts, names, errors, MOST_SUB_BOXES)).max(axis=1)
-        return worst
+        return np.asarray(errors(self.whole.cut(errors, MOST_SUB_BOXES)).max(axis=1))

@@ -209,14 +209,12 @@ def _local(node: Expression, bits: Mapping[int, int], turns: frozenset[int], bou
         return half * (sum(widths) > own)
     if node.operation in (op.SIN, op.COS):
         (x,) = node.needs
-        return OF_SINE if x.id in turns else OF_SINE + _of_turns(float(np.max(bounds.computed(x).magnitude)), widths[0])
+        if x.id in turns:
+            return OF_SINE
+        angle, exact = float(np.max(bounds.computed(x).magnitude)), Fraction(2) ** (TURN_BITS - widths[0]) / (2 * PI)
+        of_factor = angle * float(abs(turn_factor(widths[0]).exact / exact - 1))
+        return OF_SINE + (of_factor + math.pi * 2.0**-TURN_BITS) * UPWARDS
     return 0.0
-
-
-def _of_turns(angle: float, bits: int) -> float:
-    """The error of converting an angle of at most this magnitude to a fraction of a turn, rad."""
-    factor, exact = turn_factor(bits), Fraction(2) ** (TURN_BITS - bits) / (2 * PI)
-    return (angle * float(abs(factor.exact / exact - 1)) + math.pi * 2.0**-TURN_BITS) * UPWARDS
 
 
 def _is_rounded(x: Operand, bits: int, own: int) -> bool:

@@ -58,14 +58,11 @@ class Interval:
     def __truediv__(self, other: Operand) -> Interval:
         return self * interval(other).reciprocal()
 
-    def __radd__(self, other: int) -> Interval:
-        return self + other
-
     def __rsub__(self, other: int) -> Interval:
         return -self + other
 
-    def __rmul__(self, other: int) -> Interval:
-        return self * other
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __rtruediv__(self, other: int) -> Interval:
         return interval(other) / self
@@ -193,14 +190,7 @@ def meets_jump(y: Interval, x: Interval) -> Any:
     return (x.low <= 0) & (y.low <= 0) & (y.high >= 0)
 
 
-def _cospi(x: Interval) -> Interval:
-    return _cos(x * _pi())
-
-
-def _pi() -> Interval:
-    return outwards(np.array(math.pi), np.array(math.pi))
-
-
+_PI = outwards(np.array(math.pi), np.array(math.pi))
 _FUNCTIONS: dict[str, Callable[..., Interval]] = {
     SIN: _sin,
     COS: _cos,
@@ -209,8 +199,8 @@ _FUNCTIONS: dict[str, Callable[..., Interval]] = {
     MINIMUM: _minimum,
     MAXIMUM: lambda x, y: -_minimum(-x, -y),
     ATAN2: _atan2,
-    COSPI: _cospi,
-    PI: _pi,
+    COSPI: lambda x: _cos(x * _PI),
+    PI: lambda: _PI,
 }
 
 INTERVALS: Arithmetic[Interval] = Arithmetic(interval, Library(_FUNCTIONS.__getitem__))

@@ -30,6 +30,7 @@ from numpy.polynomial import chebyshev
 from symoro_elastic.foundation.array_types import Array, IndexArray
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.guarantees.axes import TURN, Axis
+from symoro_elastic.numerics.guarantees.intervals import Interval
 
 SLACK = 1e-6
 """Relative margin of W, against the rounding of its inequality."""
@@ -243,3 +244,46 @@ def _slabs(points: Sequence[Array]) -> Iterator[Sequence[Array]]:
     step = max(1, AT_ONCE * len(points[j]) // math.prod(map(len, points)))
     for start in range(0, len(points[j]), step):
         yield [*points[:j], points[j][start : start + step], *points[j + 1 :]]
+
+
+def largest_solutions(A: Interval, e: Array) -> Array:
+    """A bound of |x_i| for all A x = d with |d| <= e, by sub-box (n, sub-boxes); infinite where nothing is proven.
+
+    `A` (n, n, sub-boxes) holds the matrix, `e` (n,) the bounds of the right side.
+    """
+    low, high = (np.moveaxis(end, -1, 0) for end in A)
+    with np.errstate(all="ignore"):
+        middle = low / 2 + high / 2
+        radius = np.maximum(high - middle, middle - low) * (1 + ROUNDING)
+        diagonal = np.einsum("bii->bi", middle)
+        by_diagonal = np.where(diagonal > 0, 1 / diagonal, np.inf)[..., None] * np.eye(len(e))
+        bounds = [_by(C, middle, radius, e) for C in (by_diagonal, near_inverses(middle))]
+    return np.asarray(np.minimum(*bounds).T)
+
+
+def widened(A: Interval, by: Array) -> Interval:
+    """The interval matrix A extended by `by` (n, n) in its entries."""
+    more = by[..., None] * (1 + ROUNDING)
+    return Interval(np.nextafter(A.low - more, -np.inf), np.nextafter(A.high + more, np.inf))
+
+
+def allowed_right_sides(A: Interval, most: Array) -> Array:
+    """The largest right sides e (n,) for which the |x_i| of A x = d, |d| <= e, stay below `most`.
+
+    Zero where nothing is proven. The components of x get equal shares of their bounds.
+    """
+    unit = np.array([largest_solutions(A, column).max(axis=1) for column in np.eye(len(most))]).T
+    if not np.isfinite(unit).all():
+        return np.zeros(len(most))
+    share = most / unit.sum(axis=1)
+    return np.asarray(share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK))
+
+
+def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
+    """y (sub-boxes, n) with y - G y >= |C| e, infinite where none is found."""
+    magnitude = np.abs(C)
+    G = (np.abs(np.eye(len(e)) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
+    G += ROUNDING * magnitude @ np.abs(middle)
+    if not e.any():
+        return np.where(np.isfinite(G).all(axis=2), 0.0, np.inf)
+    return verified_bounds(C, G, (magnitude @ e * (1 + ROUNDING))[..., None])[..., 0]

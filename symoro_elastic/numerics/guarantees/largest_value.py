@@ -215,8 +215,7 @@ class Signs:
         mixed = self.corners @ values[self.signed] if len(self.signed) else np.zeros((1, values.shape[1]), values.dtype)
         above = constant + mixed.max(axis=0) + np.maximum(squares, 0).sum(axis=0)
         below = -constant - mixed.min(axis=0) + np.maximum(-squares, 0).sum(axis=0)
-        largest: AnyArray = free + np.maximum(above, below)
-        return largest
+        return np.asarray(free + np.maximum(above, below))
 
     def above(self, values: AnyArray, least: float) -> tuple[float, int]:
         """Return the largest value above `least` and its position; `least` and -1 without one."""

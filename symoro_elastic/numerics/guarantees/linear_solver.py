@@ -195,7 +195,7 @@ class SystemBounds:
             stack([_error(x, bounds) for x in A]).reshape(shape),
             ranges(system.right),
             stack([_error(x, bounds) for x in system.right]),
-            stack([_range(x, bounds).magnitude if _is_known(x, bounds) else np.array(np.inf) for x in system.x]),
+            stack([_magnitude(x, bounds) for x in system.x]),
         )
 
 
@@ -206,9 +206,10 @@ def _range(x: Operand, bounds: Bounds) -> Interval:
     return bounds.range_of(x)
 
 
-def _is_known(x: Operand, bounds: Bounds) -> bool:
-    """Whether a program computes an entry, as it may omit accelerations that are not requested."""
-    return not isinstance(x, Expression) or x.positive.id in bounds.range
+def _magnitude(x: Operand, bounds: Bounds) -> Array:
+    """The largest magnitude of an entry; infinite where a program omits it, as accelerations not requested."""
+    is_computed = not isinstance(x, Expression) or x.positive.id in bounds.range
+    return _range(x, bounds).magnitude if is_computed else np.array(np.inf)
 
 
 def _error(x: Operand, bounds: Bounds) -> Array:
@@ -253,33 +254,28 @@ def x_bounds(
 
 def _times(W: Array, x: Array) -> Array:
     """W x by sub-box for nonnegative numbers, rounded upwards."""
-    product: Array = (W * x).sum(axis=1) * OUTWARDS
-    return product
+    return np.asarray((W * x).sum(axis=1) * OUTWARDS)
 
 
 def _kappa(E: Array, c: Array) -> Array:
-    kappa: Array = np.einsum("ib,ikb,kb->b", c, E, c) * OUTWARDS
-    return kappa
+    return np.asarray(np.einsum("ib,ikb,kb->b", c, E, c) * OUTWARDS)
 
 
 def _form(W: Array, x: Array, y: Array) -> Array:
     """x' W y by W and sub-box."""
-    form: Array = np.einsum("ib,wikb,kb->wb", x, W, y) * OUTWARDS
-    return form
+    return np.asarray(np.einsum("ib,wikb,kb->wb", x, W, y) * OUTWARDS)
 
 
 def _least(bounds: Array) -> Array:
     """The least of several bounds, by sub-box, ignoring NaN."""
-    least: Array = np.min(np.where(np.isnan(bounds), np.inf, bounds), axis=0)
-    return least
+    return np.asarray(np.min(np.where(np.isnan(bounds), np.inf, bounds), axis=0))
 
 
 def _largest_norm(W: Array, e: Array, v: Array) -> Array:
     """The largest q with q^2 <= (e + q v)' W (e + q v), by W and sub-box."""
     denominator, across = 1 - _form(W, v, v), _form(W, v, e)
     root = np.sqrt(across**2 + denominator * _form(W, e, e))
-    norm: Array = np.where(denominator > 0, (across + root) / denominator * OUTWARDS, np.inf)
-    return norm
+    return np.asarray(np.where(denominator > 0, (across + root) / denominator * OUTWARDS, np.inf))
 
 
 def _of_elimination(system: LinearSystem, inputs: SystemBounds, c: Array, lost: Array, rounding: Rounding) -> Array:
@@ -304,8 +300,7 @@ def _of_elimination(system: LinearSystem, inputs: SystemBounds, c: Array, lost: 
         terms[0] = terms[:, 0] = row
         by_rows[j:, j:] += (shared[j:, j:] + backward[j])[..., None] * terms
         rho[j + 1 :, j + 1 :] += terms[1:, 1:]
-    bound: Array = np.fmin(F, by_rows * more * OUTWARDS)
-    return bound
+    return np.asarray(np.fmin(F, by_rows * more * OUTWARDS))
 
 
 def _underflow(system: LinearSystem, diagonal: Array, c: Array, norm: Array, rounding: Rounding) -> Array:
@@ -315,8 +310,7 @@ def _underflow(system: LinearSystem, diagonal: Array, c: Array, norm: Array, rou
     """
     factors = 1 + diagonal.max(axis=0) + 1 / diagonal.min(axis=0) + c.max(axis=0) ** 2
     size = len(system.joints) + system.roundings
-    lost: Array = 64 * size * rounding.least * (factors * (1 + c.max(axis=0) * norm)) ** 2
-    return lost
+    return np.asarray(64 * size * rounding.least * (factors * (1 + c.max(axis=0) * norm)) ** 2)
 
 
 def by_rotors(least: Mapping[int, Array], joints: Sequence[int]) -> Array:

@@ -37,6 +37,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,25 +55,6 @@ MOST_NUMBERS = 5e7
 """Limit of the number of slopes (adjoints, results, sub-boxes, variables); intervals are used beyond it."""
 
 
-@dataclass(frozen=True)
-class Computed:
-    """Computed values of nodes in an arithmetic, and the conversion of intervals to it."""
-
-    of: Callable[[Operand], Any]
-    arithmetic: Arithmetic[Any]
-    from_interval: Callable[[Interval], Any]
-
-    @classmethod
-    def in_intervals(cls, bounds: Bounds) -> Computed:
-        """Computed values as intervals."""
-        return cls(bounds.computed, INTERVALS, lambda x: x)
-
-    @classmethod
-    def in_forms(cls, forms: Forms) -> Computed:
-        """Computed values as affine forms (lemma 9)."""
-        return cls(forms.of, AFFINE, of_interval)
-
-
 def errors_by_adjoints(
     nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, forms: Forms | None = None
 ) -> Array:
@@ -84,21 +66,25 @@ def errors_by_adjoints(
     for row, x in zip(total, results, strict=True):
         row[...] = 0.0 if type(x) is Expression else bounds.error_of(x)
     with np.errstate(all="ignore"):
-        by_intervals = perturbations(nodes, results, bounds, Computed.in_intervals(bounds))
+        by_intervals = perturbations(nodes, results, bounds, bounds.computed, INTERVALS)
         if forms is None:
             for adjoint, local in by_intervals:
                 total += adjoint * local * UPWARDS
         else:
-            by_forms = perturbations(nodes, results, bounds, Computed.in_forms(forms))
+            by_forms = perturbations(nodes, results, bounds, forms.of, AFFINE)
             for (adjoint, local), (other, _) in zip(by_intervals, by_forms, strict=True):
                 total += np.fmin(adjoint, other) * local * UPWARDS
     return np.where(np.isfinite(total), total * (1 + len(nodes) * 2.0**-50), np.inf)
 
 
 def perturbations(
-    nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, computed: Computed
+    nodes: Sequence[Expression],
+    results: Sequence[Operand],
+    bounds: Bounds,
+    computed: Callable[[Operand], Any],
+    arithmetic: Arithmetic[Any],
 ) -> Iterator[tuple[Array, Array]]:
-    """Perturbations: the largest magnitude of the adjoint, over perturbed values, and the size.
+    """Perturbations: the largest magnitude of the adjoint, over `computed` values in an arithmetic, and the size.
 
     Adjoints have the results along their first axis. Perturbations are the roundings of operations, of numbers in the
     text and of narrowed arguments, and errors of signs.
@@ -106,7 +92,8 @@ def perturbations(
     adjoints: dict[int, Any] = {}
     for k, x in enumerate(results):
         if type(x) is Expression:
-            add_adjoint(adjoints, x, computed.from_interval(_unit(k, len(results), bounds.shape)))
+            unit = unit_adjoint(k, len(results), bounds.shape)
+            add_adjoint(adjoints, x, of_interval(unit) if arithmetic is AFFINE else unit)
     for node in reversed(nodes):
         adjoint = adjoints.pop(node.id, None)
         if adjoint is None:
@@ -115,8 +102,7 @@ def perturbations(
         rule = OPERATIONS[node.operation].partials if node.operation != SYMBOL else None
         if rule is None or node.level == Level.CONSTANT:
             continue
-        operands = [computed.of(x) for x in node.operands]
-        parts = rule(computed.arithmetic.operations, computed.of(node), operands).back(adjoint)
+        parts = rule(arithmetic.operations, computed(node), [computed(x) for x in node.operands]).back(adjoint)
         for operand, part in zip(node.operands, parts, strict=True):
             if type(operand) is Expression:
                 add_adjoint(adjoints, operand, part)
@@ -124,7 +110,7 @@ def perturbations(
                 yield part.magnitude, error
 
 
-def _unit(k: int, count: int, shape: tuple[int, ...]) -> Interval:
+def unit_adjoint(k: int, count: int, shape: tuple[int, ...]) -> Interval:
     """The unit adjoint of result k, by result and sub-box."""
     unit = np.zeros((count, *shape))
     unit[k] = 1.0
@@ -148,19 +134,9 @@ class Forms:
         return self.of_nodes[x.id] if type(x) is Expression else of_interval(self.bounds.computed(x))
 
     def narrowing(self) -> Known:
-        """Functions that narrow ranges of nodes to those of their forms, by number."""
-        return {number: _Intersection(self.bounds.range[number], x.range) for number, x in self.of_nodes.items()}
-
-
-@dataclass(frozen=True)
-class _Intersection:
-    """Intersection with the earlier interval of a node and with that of its form."""
-
-    before: Interval
-    by_form: Interval
-
-    def __call__(self, values: Interval) -> Interval:
-        return values.meeting(self.before).meeting(self.by_form)
+        """Functions that narrow ranges of nodes to their earlier ones and those of their forms, by number."""
+        before = self.bounds.range
+        return {k: partial(Interval.meeting, before[k].meeting(x.range)) for k, x in self.of_nodes.items()}
 
 
 def forms_of(nodes: Sequence[Expression], bounds: Bounds, parts: Parts, results: int = 0) -> Forms | None:

@@ -41,7 +41,7 @@ H_j, so the lemma is applied to the machine before grouping.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -55,7 +55,6 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import Axis, RigidInertia
 from symoro_elastic.models.bound.model import Pivots
 from symoro_elastic.models.packaging import Traced, trace_models
@@ -137,8 +136,10 @@ def _inertia_matrix(traced: Traced) -> Program:
 
 def _from_rest(machine: Machine, pivots: Mapping[int, Expression]) -> set[int]:
     """The joints whose antecedents down to the base are independent and solved for later: pivots divide by theirs."""
-    needs = {j: {x.id for x in _divisors(pivot)} for j, pivot in pivots.items()}
-    joints = set()
+    joints, needs = set(), dict[int, set[int]]()
+    for j, pivot in pivots.items():
+        divisors = (node.operands[1] for node in reachable([pivot]) if node.operation == DIVIDE)
+        needs[j] = {x.positive.id for x in divisors if isinstance(x, Expression)}
     for j, x in pivots.items():
         before = machine.joint(j).antecedent
         while before and x.positive.id in needs.get(before, ()):
@@ -146,12 +147,6 @@ def _from_rest(machine: Machine, pivots: Mapping[int, Expression]) -> set[int]:
         if not before:
             joints.add(j)
     return joints
-
-
-def _divisors(x: Expression) -> Iterator[Expression]:
-    """The divisors in an expression."""
-    divisors = (node.operands[1] for node in reachable([x]) if node.operation == DIVIDE)
-    yield from (x.positive for x in divisors if isinstance(x, Expression))
 
 
 def _carries(machine: Machine, j: int, k: int) -> bool:
@@ -233,7 +228,8 @@ def own_inertias(machine: Machine, box: Mapping[str, Interval], from_rest: Colle
     mechanism = Tree(machine).mechanism
     links = {j: mechanism.link(j) for j in machine.independent}
     least_inertias: dict[int, Array] = {}
-    if machine.flexible or not _can_exist(mechanism, box):
+    bodies = [link.body for link in mechanism.links] + ([mechanism.body] if mechanism.body else [])
+    if machine.flexible or not all(_is_possible(body, box) for body in bodies):
         return least_inertias
     for j, link in links.items():
         least = _low(link.rotor_inertia, box)
@@ -253,12 +249,6 @@ def _low(x: Scalar, box: Mapping[str, Interval]) -> Array:
 
 def _exact(x: Scalar) -> Any:
     return x if isinstance(x, int | Fraction) else Fraction(x)  # type: ignore[arg-type]
-
-
-def _can_exist(mechanism: Mechanism, box: Mapping[str, Interval]) -> bool:
-    """Whether masses and central tensors of all bodies are positive semidefinite, in exact arithmetic."""
-    bodies = [link.body for link in mechanism.links] + ([mechanism.body] if mechanism.body else [])
-    return all(_is_possible(body, box) for body in bodies)
 
 
 def _is_possible(body: RigidInertia, box: Mapping[str, Interval]) -> bool:

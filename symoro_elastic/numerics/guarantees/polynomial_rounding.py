@@ -155,8 +155,9 @@ def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound
     (copy,), box = separate_sides([root], box, signs=not rounding.is_mixed)
     root = copy if type(copy) is Expression else root
     try:
-        if rounding.is_mixed:
-            _refuse_narrow_angles(reachable([root]))
+        circles = [node for node in reachable([root]) if node.operation in (SIN, COS) and node.level == Level.STATE]
+        if rounding.is_mixed and not all(is_given(node.operands[0]) for node in circles):
+            raise NotPolynomial("an angle is computed in single precision")
         degrees = degrees_of([root], box)
         axes = axes_of(degrees, box)
         few = math.prod(len(axis.nodes) for axis in axes) <= MOST_NODES
@@ -189,13 +190,6 @@ def _at_nodes(axes: Sequence[Axis], few: bool) -> dict[str, Polynomial]:
         size = max(abs(axis.low), abs(axis.high), float(np.abs(nodes).max()))
         positions[axis.name] = Polynomial({(): nodes.reshape([-1 if k == j else 1 for k in range(len(axes))])}, size, 0)
     return positions
-
-
-def _refuse_narrow_angles(nodes: Sequence[Expression]) -> None:
-    """Raise `NotPolynomial` for sines of angles in single precision, as in mixed precision."""
-    for node in nodes:
-        if node.operation in (SIN, COS) and node.level == Level.STATE and not is_given(node.operands[0]):
-            raise NotPolynomial("an angle is computed in single precision")
 
 
 def _refuse_work_on_parameters(nodes: Sequence[Expression], constant_values: Collection[int]) -> None:
@@ -306,9 +300,8 @@ def _ratios(
         if summand.node in numbers:
             largest = sorted(x.terms, key=lambda key: -float(np.abs(x.terms[key]).max()))[:MOST_SAMPLED]
             part = Polynomial({key: x.terms[key] for key in largest}, x.size, x.roundings)
-            sample.append(
-                (numbers[summand.node] / (_largest(x, program) or 1.0), [*coefficients_of(part, program.axes)])
-            )
+            weight = numbers[summand.node] / (_largest(x, program) or 1.0)
+            sample.append((weight, [*coefficients_of(part, program.axes)]))
     return best_ratios(program.axes, sample, shapes)
 
 
@@ -322,9 +315,8 @@ def _derivatives(program: _Program, root: Expression) -> Iterator[tuple[Expressi
         yield node, a
         if node.id in program.constants or node.operation == SYMBOL:
             continue
-        for x, partial in zip(
-            node.operands, _PARTIALS[node.operation]([*map(program.value, node.operands)]), strict=True
-        ):
+        partials = _PARTIALS[node.operation]([*map(program.value, node.operands)])
+        for x, partial in zip(node.operands, partials, strict=True):
             if type(x) is Expression:
                 contribution = a * partial if isinstance(partial, Polynomial) else a if partial > 0 else -a
                 derivatives[x.id] = derivatives[x.id] + contribution if x.id in derivatives else contribution
@@ -510,11 +502,8 @@ def _bound_on(axes: Sequence[Axis], ratios: Mapping[int, int], sample: Sample) -
 def _work(axes: Sequence[Axis], ratios: Mapping[int, int], numbers: Mapping[tuple[int, ...], int]) -> float:
     """Work of polynomials on a grid: number of values of coefficients."""
     points = {j: len(axes[j].grid(ratio, max(axes[j].orders))) for j, ratio in ratios.items()}
-    sizes = (
-        count * math.prod(points.get(j, n) if n > 1 else 1 for j, n in enumerate(shape))
-        for shape, count in numbers.items()
-    )
-    return float(sum(sizes))
+    values = {shape: math.prod(points.get(j, n) if n > 1 else 1 for j, n in enumerate(shape)) for shape in numbers}
+    return float(sum(count * values[shape] for shape, count in numbers.items()))
 
 
 def heaviest(weights: Iterable[float], share: float) -> list[int]:

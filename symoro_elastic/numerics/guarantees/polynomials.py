@@ -123,7 +123,8 @@ def degrees(roots: Iterable[Scalar], numbers: Iterable[str] = ()) -> list[Degree
     roots, constants = list(roots), frozenset(numbers)
     nodes = reachable(roots)
     names = [node.operands[0] for node in nodes if node.operation == SYMBOL]
-    value = evaluate_nodes(nodes, {name: _symbol(name, name in constants) for name in names}, _ARITHMETIC)
+    symbols = {x: Degrees(multiples={}) if x in constants else Degrees({}, {x: 1}, {x: Fraction(1)}) for x in names}
+    value = evaluate_nodes(nodes, symbols, _ARITHMETIC)
     return [_one_sided(value(root)) for root in roots]
 
 
@@ -139,10 +140,6 @@ def _one_sided(x: Degrees) -> Degrees:
     if both := sorted(x.angles.keys() & x.powers.keys()):
         raise NotPolynomial(f"{both[0]} occurs inside of a sine or cosine and outside of it")
     return x
-
-
-def _symbol(name: str, constant: bool) -> Degrees:
-    return Degrees(multiples={}) if constant else Degrees({}, {name: 1}, {name: Fraction(1)})
 
 
 def _circular(x: Degrees) -> Degrees:
@@ -354,11 +351,8 @@ def _sides(root: Operand) -> tuple[frozenset[str], frozenset[str]]:
                 outside.add(x.id)
             if node.id in inside or node.operation in (SIN, COS):
                 inside.add(x.id)
-    symbols = [node for node in nodes if node.operation == SYMBOL]
-    names_inside, names_outside = (
-        frozenset(str(x.operands[0]) for x in symbols if x.id in side) for side in (inside, outside)
-    )
-    return names_inside, names_outside
+    names = {node.id: str(node.operands[0]) for node in nodes if node.operation == SYMBOL}
+    return frozenset(names[k] for k in names.keys() & inside), frozenset(names[k] for k in names.keys() & outside)
 
 
 def _separate(root: Operand, names: Collection[str], of_signs: Collection[str]) -> Operand:
@@ -374,17 +368,15 @@ def _separate(root: Operand, names: Collection[str], of_signs: Collection[str]) 
             inside[node.id] = graph.symbol(name, node.level)
             outside[node.id] = graph.symbol(name + OUTSIDE, node.level) if name in names else inside[node.id]
             continue
-        if node.operation == SIGN and node.needs and (name := _name(node.needs[0])) in of_signs:
-            inside[node.id] = outside[node.id] = graph.symbol(name + OF_SIGN, node.level)
-            continue
+        if node.operation == SIGN and node.needs and node.needs[0].operation == SYMBOL:
+            name = str(node.needs[0].operands[0])
+            if name in of_signs:
+                inside[node.id] = outside[node.id] = graph.symbol(name + OF_SIGN, node.level)
+                continue
         beyond = inside if node.operation in (SIN, COS) else outside
         inside[node.id] = graph.node(node.operation, *(_copy_of(x, inside) for x in node.operands))
         outside[node.id] = graph.node(node.operation, *(_copy_of(x, beyond) for x in node.operands))
     return outside[root.id]
-
-
-def _name(x: Expression) -> str:
-    return str(x.operands[0]) if x.operation == SYMBOL else ""
 
 
 def _copy_of(x: Operand, copies: Mapping[int, Operand]) -> Operand:

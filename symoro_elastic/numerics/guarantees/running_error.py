@@ -145,7 +145,7 @@ def extend_bounds(
     with np.errstate(all="ignore"):
         for node in nodes:
             values = range_of_node(node, bounds, box)
-            bounds.range[node.id] = (narrowings or {}).get(node.id, _itself)(values)
+            bounds.range[node.id] = narrowings[node.id](values) if narrowings and node.id in narrowings else values
             if rounding.is_mixed and node.id in angles:
                 _add_error(node, of_angles, of_angles, False)
             _add_error(node, bounds, of_angles if rounding.is_mixed else bounds, rounding.is_mixed)
@@ -153,25 +153,15 @@ def extend_bounds(
                 bounds.error[node.id] = np.minimum(bounds.error[node.id], proven[node.id])
 
 
-def _itself(values: Interval) -> Interval:
-    return values
-
-
 def range_of_node(node: Expression, bounds: Bounds, box: Mapping[str, Interval]) -> Interval:
     """The values of a node in exact arithmetic, from those of its operands."""
     if node.operation == op.SYMBOL:
         return box[node.operands[0]]
     if node.level == Level.CONSTANT:
-        return constant_interval(node)
+        nearest = np.array(float(evaluate([node], {}, multiprecision())(node)))
+        return Interval(np.nextafter(nearest, -np.inf), np.nextafter(nearest, np.inf))
     values: Interval = INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
     return values.meeting(of_smooth_sign(node, bounds.range_of)) if is_smooth_sign(node) else values
-
-
-def constant_interval(node: Expression) -> Interval:
-    """The interval of an expression of numbers, from 50 digits."""
-    exact = evaluate([node], {}, multiprecision())(node)
-    nearest = np.array(float(exact))
-    return Interval(np.nextafter(nearest, -np.inf), np.nextafter(nearest, np.inf))
 
 
 def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) -> None:
@@ -198,7 +188,8 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     if is_narrowed:
         local = local + OF_CIRCLE * source.rounding.u
     bounds.local[node.id] = local * UPWARDS
-    bounds.error[node.id] = _or_infinite((propagated + local) * UPWARDS, z)
+    error = (propagated + local) * UPWARDS
+    bounds.error[node.id] = np.where(z.is_bounded & np.isfinite(error), error, np.inf)
 
 
 def _keeps_sign(x: Operand, bounds: Bounds) -> bool:
@@ -216,10 +207,6 @@ def _keeps_sign(x: Operand, bounds: Bounds) -> bool:
         return _keeps_sign(x.operands[0], bounds)
     pairs = (x.operands, x.operands[::-1])
     return any(np.all(bounds.computed(b).least_magnitude >= 1) and _keeps_sign(a, bounds) for a, b in pairs)
-
-
-def _or_infinite(error: Array, z: Interval) -> Array:
-    return np.where(z.is_bounded & np.isfinite(error), error, np.inf)
 
 
 def _local(node: Expression, magnitude: Array, rounding: Rounding, is_narrowed: bool) -> Array:
@@ -263,22 +250,9 @@ Passed: TypeAlias = Callable[[Interval, Sequence[Interval], Sequence[Array]], Ar
 """Function from the ranges of result and operands, and errors of operands, to the propagated error."""
 
 
-def _of_sum(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    return e[0] + e[1]
-
-
-def _of_product(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    return x[0].magnitude * e[1] + x[1].magnitude * e[0] + e[0] * e[1]
-
-
 def _of_quotient(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     least = x[1].least_magnitude / UPWARDS - e[1]
     return np.where(least > 0, (e[0] + z.magnitude * e[1]) / np.where(least > 0, least, 1.0), np.inf)
-
-
-def _of_circle(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    """Sines and cosines have slopes of at most 1."""
-    return e[0]
 
 
 def _of_root(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
@@ -296,27 +270,14 @@ def _of_arc(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     return np.where(is_unbounded, np.inf, moved / np.where(distance > 0, distance, 1.0))
 
 
-def _of_sign(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    """A sign is wrong by 2 where errors reach over zero."""
-    return np.where((e[0] > 0) & (x[0].least_magnitude <= e[0]), 2.0, 0.0)
-
-
-def _of_extremum(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    return np.maximum(e[0], e[1])
-
-
 PASSED: Mapping[str, Passed] = {
-    op.ADD: _of_sum,
-    op.SUBTRACT: _of_sum,
-    op.NEGATE: _of_circle,
-    op.MULTIPLY: _of_product,
+    **dict.fromkeys((op.ADD, op.SUBTRACT), lambda z, x, e: e[0] + e[1]),
+    op.MULTIPLY: lambda z, x, e: x[0].magnitude * e[1] + x[1].magnitude * e[0] + e[0] * e[1],
     op.DIVIDE: _of_quotient,
-    op.SIN: _of_circle,
-    op.COS: _of_circle,
+    **dict.fromkeys((op.NEGATE, op.SIN, op.COS), lambda z, x, e: e[0]),  # slopes of at most 1
     op.SQRT: _of_root,
     op.ATAN2: _of_arc,
-    op.SIGN: _of_sign,
-    op.MINIMUM: _of_extremum,
-    op.MAXIMUM: _of_extremum,
+    op.SIGN: lambda z, x, e: np.where((e[0] > 0) & (x[0].least_magnitude <= e[0]), 2.0, 0.0),  # over zero
+    **dict.fromkeys((op.MINIMUM, op.MAXIMUM), lambda z, x, e: np.maximum(e[0], e[1])),
 }
 """Propagation of errors, by operation."""

@@ -115,10 +115,6 @@ def _of_sum(x: Sequence[Interval], e: Sequence[Share]) -> Share:
     return np.where(one_sign, np.maximum(r, s), 0.0), np.where(one_sign, a + b, separate_errors)
 
 
-def _of_difference(x: Sequence[Interval], e: Sequence[Share]) -> Share:
-    return _of_sum([x[0], -x[1]], e)
-
-
 def _of_quotient(x: Sequence[Interval], e: Sequence[Share]) -> Share:
     (r, a), (s, b) = e
     least = x[1].least_magnitude
@@ -136,7 +132,7 @@ def _of_root(x: Sequence[Interval], e: Sequence[Share]) -> Share:
 
 _RULES: dict[str, Callable[[Sequence[Interval], Sequence[Share]], Share]] = {
     ADD: _of_sum,
-    SUBTRACT: _of_difference,
+    SUBTRACT: lambda x, e: _of_sum([x[0], -x[1]], e),
     MULTIPLY: _of_product,
     DIVIDE: _of_quotient,
     SQRT: _of_root,

@@ -141,9 +141,8 @@ def _differences(machine: Machine, rules: Grouping, found: Grouping) -> str:
     by_joint: dict[int, list[str]] = {}
     for j, entry in labels:
         by_joint.setdefault(j, []).append(entry)
-    return some_of(
-        [f"{place_of(j, machine.joint(j))} {' '.join(entries)}" for j, entries in by_joint.items()], MOST_NAMED
-    )
+    named = [f"{place_of(j, machine.joint(j))} {' '.join(entries)}" for j, entries in by_joint.items()]
+    return some_of(named, MOST_NAMED)
 
 
 def _other_sums(one: Mapping[Label, float], other: Mapping[Label, float]) -> list[Label]:

@@ -35,8 +35,7 @@ class IndependentColumns:
     def apply(self, X: Array) -> Array:
         """Return X_kept + beta X_dropped; where beta is zero an unknown (NaN) entry of X does not matter."""
         joined = np.where(self.beta != 0.0, self.beta * X[list(self.dropped)], 0.0)
-        grouped: Array = X[list(self.kept)] + joined.sum(axis=1)
-        return grouped
+        return np.asarray(X[list(self.kept)] + joined.sum(axis=1))
 
 
 def independent_columns(

@@ -50,11 +50,6 @@ class Stacked:
         places = {label: k for k, label in enumerate(self.labels)}
         return self.W[:, [places[label] for label in labels]]
 
-    @property
-    def shortened(self) -> Stacked:
-        """The same columns on as many rows as columns, with equal lengths and angles between columns."""
-        return replace(self, W=triangle(self.W))
-
 
 @dataclass(frozen=True)
 class Conditioning:
@@ -170,7 +165,8 @@ def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossChe
         doubt = _doubt(machine, grouping.count, grouping.count, error)
         unknown = "; couplings and loops may leave fewer" if machine.is_coupled else ""
         return CrossCheck(grouping.count, None, error, None, doubt, unknown=unknown)
-    stacked = stacked_regressor(motion).shortened
+    stacked = stacked_regressor(motion)
+    stacked = replace(stacked, W=triangle(stacked.W))  # lengths of columns and angles between them are the same
     count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
     labels = grouping.kept
     spread = conditioning(stacked.columns(labels), [grouping.labels[label] for label in labels])

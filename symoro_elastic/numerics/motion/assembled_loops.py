@@ -62,11 +62,8 @@ class AssembledLoops:
             return
         values = self._values(np.array([x.value if x.__class__ is Dual else x for x in q], dtype=float))
         symbols |= values
-        tangents = {
-            symbol.operands[0]: x.tangent
-            for symbol, x in zip(self.bound.q.values(), q, strict=True)
-            if x.__class__ is Dual
-        }
+        names = (symbol.operands[0] for symbol in self.bound.q.values())
+        tangents = {name: x.tangent for name, x in zip(names, q, strict=True) if x.__class__ is Dual}
         if not tangents:
             return
         still = {name: x.value if x.__class__ is Dual else x for name, x in symbols.items()}

@@ -149,8 +149,7 @@ def _largest_force(motion: EquationsOfMotion, q: Array, tau: Array) -> float:
     """Return the largest of the forces that balance each other, N or N m."""
     springs = np.abs(motion.spring_forces(q))
     largest = float(np.max(springs, initial=0.0))
-    zero = np.zeros_like(q)
-    loads = np.abs(motion.forces(q, zero, zero)) + largest
+    loads = np.abs(motion.forces(q)) + largest
     return float(max(np.max(block, initial=np.finfo(float).tiny) for block in (springs, loads, np.abs(tau))))
 
 
@@ -200,7 +199,5 @@ def _no_support(motion: EquationsOfMotion, unbalanced: Array, sought: list[int],
         what = f"there is none: nothing supports {loads}, so a free base falls; support it (--hover, or "
         what += "--thrust FRAME.fz for one that turns with the frame), or leave out gravity and what loads it"
         return InputError(motion.source, "equilibrium", what)
-    what = (
-        "give a spring, take the torque that holds a motor, begin elsewhere (--at), or linearize as given (--as-given)"
-    )
-    return InputError(motion.source, "equilibrium", f"{found}: nothing supports {loads}; {what}")
+    what = "give a spring, take the torque that holds a motor, begin elsewhere (--at), or linearize as given"
+    return InputError(motion.source, "equilibrium", f"{found}: nothing supports {loads}; {what} (--as-given)")

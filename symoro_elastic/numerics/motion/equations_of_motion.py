@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -90,7 +91,8 @@ class EquationsOfMotion:
         self.followers = followers(machine)
         self._judged = with_named_cells(machine)
         self._numbered = with_named_drives(self._judged)
-        self.machine = _without_coulomb(self._judged)
+        without_coulomb = (replace(x, friction=Friction(x.friction.viscous)) for x in self._judged.joints)
+        self.machine = replace(self._judged, joints=tuple(without_coulomb))
         self.joints = self.machine.independent_joints
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
@@ -248,24 +250,27 @@ class EquationsOfMotion:
 
     def potential_energy(self, q: Array) -> float:
         """Return the potential energy in J, up to a constant."""
-        zero = np.zeros_like(q)
-        return float(evaluate([self.potential], self._symbols(q, zero, zero), FLOATS)(self.potential))
+        return float(evaluate([self.potential], self._symbols(q), FLOATS)(self.potential))
 
-    def forces(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """Return r (n,), N m or N; NaN where a loop does not close."""
+    def forces(self, q: Array, qd: Array | None = None, qdd: Array | None = None) -> Array:
+        """Return r (n,), N m or N, at rest unless qd and qdd are given; NaN where a loop does not close."""
         return self._numbers(self.residual, self._symbols(q, qd, qdd))
 
     def forces_and_stiffness(self, q: Array) -> tuple[Array, Array]:
         """Return r (n,) and K (n, n) at rest, SI units."""
-        zero = np.zeros_like(q)
-        return self.forces(q, zero, zero), self.matrices("K", q, zero, zero)[0]
+        return self.forces(q), self.matrices("K", q)[0]
 
     def matrices(
-        self, names: Iterable[str], q: Array, qd: Array, qdd: Array, torques: Array | None = None
+        self,
+        names: Iterable[str],
+        q: Array,
+        qd: Array | None = None,
+        qdd: Array | None = None,
+        torques: Array | None = None,
     ) -> list[Array]:
         """Return some of the matrices M, D, K (n, n) of small motions about q, qd, qdd, SI units, radians.
 
-        `torques` (m,) are those of the motors, zero unless given: they act on K where motors move with others.
+        `torques` (m,) are those of the motors; they act on K where motors move with others. What is not given is zero.
         """
         if self._many_pairs:
             return [self._slopes(name, q, qd, qdd, torques) for name in names]
@@ -290,9 +295,10 @@ class EquationsOfMotion:
         value = evaluate(self.residual, symbols | dict.fromkeys(still, 0), nodes(self.bound.graph))
         return [value(x) for x in self.residual]
 
-    def _slopes(self, name: str, q: Array, qd: Array, qdd: Array, torques: Array | None) -> Array:
+    def _slopes(self, name: str, q: Array, qd: Array | None, qdd: Array | None, torques: Array | None) -> Array:
         """Return one of M, D, K (n, n) as the slopes of r, some columns at a time, so that their memory is bounded."""
         n, k = len(q), "KDM".index(name)
+        qd, qdd = (np.zeros(n) if x is None else x for x in (qd, qdd))
         at_rest = name == "K" and not (np.any(qd) or np.any(qdd))
         roots = self.residual_at_rest if at_rest else self.residual
         needed, slopes = reachable(roots), np.zeros((n, n))
@@ -301,7 +307,7 @@ class EquationsOfMotion:
             columns = slice(first, first + width)
             moved: list[Any] = [q, qd, qdd]
             moved[k] = _seed(moved[k], np.eye(n)[:, columns])
-            symbols = self._symbols(moved[0], moved[1], moved[2], torques)
+            symbols = self._symbols(*moved, torques)
             try:
                 value = evaluate_nodes(needed, symbols, DUALS)
             except (ArithmeticError, ValueError):
@@ -356,9 +362,8 @@ class EquationsOfMotion:
         if sought:
             stiffness, none = self.forces_and_stiffness(state.q)[1][sought], np.zeros(len(sought))
             by_symbol = self.work_slopes(state, np.eye(n)[:, sought])
-            forces = moved @ stiffness.T + np.array([by_symbol.get(name, none) for name in names]).reshape(
-                -1, len(sought)
-            )
+            own = np.array([by_symbol.get(name, none) for name in names])
+            forces = moved @ stiffness.T + own.reshape(-1, len(sought))
             moved[:, sought] = -np.linalg.lstsq(stiffness[:, sought], forces.T, rcond=None)[0].T
         return dict(zip(names, moved, strict=True))
 
@@ -383,15 +388,12 @@ class EquationsOfMotion:
 
     def modal_inertias(self, q: Array) -> dict[int, tuple[tuple[int, ...], Array, Array]]:
         """Return the numbers of modes, U (modes, 6) and Mee by the number of the flexible body (L55)."""
-        flexible = {j: link.modes for j, link in self.bodies.from_base() if link.modes is not None}
-        return {
-            j: (
-                modes.numbers,
-                self._at(q, [x for U in modes.wrenches().values() for x in U.entries]).reshape(-1, 6),
-                np.array(modes.Mee, dtype=float),
-            )
-            for j, modes in flexible.items()
-        }
+        inertias = {}
+        for j, link in self.bodies.from_base():
+            if (modes := link.modes) is not None:
+                U = self._at(q, [x for wrench in modes.wrenches().values() for x in wrench.entries]).reshape(-1, 6)
+                inertias[j] = modes.numbers, U, np.array(modes.Mee, dtype=float)
+        return inertias
 
     def spring_stiffnesses(self, q: Array) -> Array:
         """Return k (springs,) in the order of `springs`, N m/rad or N/m: the slopes there, where there is backlash."""
@@ -405,8 +407,8 @@ class EquationsOfMotion:
         """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""
         at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
         if self._is_closed(q):
-            zero, own = np.zeros_like(q), self.machine.by_variable(self.own_positions(q))
-            undefined = self.domain.first_undefined(self._symbols(q, zero, zero) | own)
+            own = self.machine.by_variable(self.own_positions(q))
+            undefined = self.domain.first_undefined(self._symbols(q) | own)
             if undefined:
                 raise undefined.error(self.machine, f"at {at}: give another position (--at)")
             return
@@ -421,8 +423,7 @@ class EquationsOfMotion:
         return bool(np.isfinite(self._at(q, [self.bound.variables[j] for j in self.machine.dependent])).all())
 
     def _at(self, q: Array, roots: Sequence[Scalar]) -> Array:
-        zero = np.zeros_like(q)
-        return self._numbers(roots, self._symbols(q, zero, zero))
+        return self._numbers(roots, self._symbols(q))
 
     def _numbers(self, roots: Sequence[Scalar], symbols: Mapping[str, Any]) -> Array:
         """Return values of expressions; NaN where a square root or a quotient of a loop has none."""
@@ -459,13 +460,12 @@ class EquationsOfMotion:
         value = evaluate(roots, self.parameters, FLOATS)
         return np.array([float(value(x)) for x in roots])
 
-    def _symbols(
-        self, q: Iterable[Any], qd: Iterable[Any], qdd: Iterable[Any], torques: Array | None = None
-    ) -> dict[str, Any]:
+    def _symbols(self, *blocks: Iterable[Any] | None) -> dict[str, Any]:
+        """Return the values of symbols: of parameters, and of q, qd, qdd and torques, zero where they are left out."""
         symbols: dict[str, Any] = dict(self.parameters)
-        pushed = np.zeros(len(self.bound.tau)) if torques is None else torques
-        blocks = (self.bound.q, q), (self.bound.qd, qd), (self.bound.qdd, qdd), (self.bound.tau, pushed)
-        for by_joint, numbers in blocks:
+        bound = self.bound
+        for by_joint, block in zip_longest((bound.q, bound.qd, bound.qdd, bound.tau), blocks):
+            numbers = np.zeros(len(by_joint)) if block is None else block
             for symbol, x in zip(by_joint.values(), numbers, strict=True):
                 symbols[symbol.operands[0]] = x if x.__class__ is Dual else float(x)
         self.assembled.add_to(symbols, [symbols[symbol.operands[0]] for symbol in self.bound.q.values()])
@@ -474,11 +474,6 @@ class EquationsOfMotion:
 
 def _seed(x: Array, slopes: Array) -> list[Dual]:
     return [Dual(float(value), slope) for value, slope in zip(x, slopes, strict=True)]
-
-
-def _without_coulomb(machine: Machine) -> Machine:
-    joints = tuple(replace(joint, friction=Friction(joint.friction.viscous)) for joint in machine.joints)
-    return replace(machine, joints=joints)
 
 
 def _spatial_inertia(ten: Sequence[float]) -> Array:
@@ -501,9 +496,8 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
     except FormulaError as error:
         raise InputError(source, "parameters", str(error)) from None
-    return refuse_wrong_values(
-        machine, given.keys(), {name: float(given.get(name, own.get(name, 0.0))) for name in names}
-    )
+    values = {name: float(given.get(name, own.get(name, 0.0))) for name in names}
+    return refuse_wrong_values(machine, given.keys(), values)
 
 
 def motion_of(

@@ -59,8 +59,7 @@ def equilibrium(
     has_start = not given_at.isdisjoint(sought)
     q = _on_flanks(motion, q, tau, [k for k in sought if k not in given_at])
     q = balance(motion, q, tau, sought, has_start)
-    zero = np.zeros_like(q)
-    forces = motion.forces(q, zero, zero)
+    zero, forces = np.zeros_like(q), motion.forces(q)
     residual = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
     tau[list(fixed)] = forces[list(fixed)]
     started = tuple(k for k in fixed if k not in given_at)
@@ -89,15 +88,15 @@ def given_state(
     q, pushed = motion.position_of_loops(), np.zeros(len(motion.motor_names))
     for m, x in _by_index(motion, torques or {}).items():
         pushed[m] = x
-    qd, zero = np.zeros_like(q), np.zeros_like(q)
+    qd = np.zeros_like(q)
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
         for k, x in motion.indices_of(named, place).items():
             numbers[k] = x
     motion.refuse_open(q)
-    (A,) = motion.matrices("M", q, qd, zero)
+    (A,) = motion.matrices("M", q, qd)
     refuse_singular(motion, A, range(len(q)), can_hold=False)
     tau = motion.motor_slopes(q).T @ pushed
-    qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd, zero)), dtype=float)
+    qdd: Array = np.array(np.linalg.solve(A, tau - motion.forces(q, qd)), dtype=float)
     given_at = motion.indices_of(at or {}, "--at").keys()
     return State(q, qd, qdd, tau, pushed, started=tuple(k for k in range(len(q)) if k not in given_at))
 
@@ -112,13 +111,13 @@ def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
 
 def _on_flanks(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array:
     """Return the position with springs that have backlash at the edges to which loads push them."""
-    zero, edges = np.zeros_like(q), np.zeros_like(q)
+    edges = np.zeros_like(q)
     for k in sought:
         edges[k] = motion.joints[k].spring.backlash.value(motion.parameters) / 2
     if not edges.any():
         return q
     motion.refuse_open(q)
-    return q + edges * np.sign(tau - motion.forces(q, zero, zero))
+    return q + edges * np.sign(tau - motion.forces(q))
 
 
 def _free(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[int, float]:
@@ -168,8 +167,7 @@ def soft_static(machine: Machine, at: Mapping[str, float], values: Mapping[str, 
 
 def _weakest(motion: EquationsOfMotion, q: Array, entries: Sequence[int]) -> int | None:
     """The joint that moves most where K_EE has an eigenvalue that is not positive; None where all are."""
-    at_rest = np.zeros_like(q)
-    (K,) = motion.matrices("K", q, at_rest, at_rest)
+    (K,) = motion.matrices("K", q)
     own = dict(zip(motion.springs, motion.spring_stiffnesses(q), strict=True))
     units = np.sqrt([own[motion.names[k]] for k in entries])
     K_EE = K[np.ix_(entries, entries)] / np.outer(units, units)
@@ -257,12 +255,14 @@ def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) 
     has_start = not motion.indices_of(at, "--at").keys().isdisjoint(sought)
     for _ in range(MOST_STEPS):
         q = balance(motion, q, zero, sought, has_start)
-        if _is_balanced(motion, q, base) or not unknown:
+        if not _unbalanced(motion, q, base) or not unknown:
             break
         _improve(motion, q, base, unknown)
-    _refuse_unbalanced(motion, q, base)
-    forces = motion.forces(q, zero, zero)
-    tau = np.zeros_like(q)
+    if unbalanced := _unbalanced(motion, q, base):
+        loads = ", ".join(f"{motion.names[k]} ({x:.4g} {motion.joints[k].force_unit})" for k, x in unbalanced.items())
+        ways_out = "add a thrust, or leave out values (FRAME.fz) to have them computed"
+        raise InputError(motion.source, OPTION, f"these thrusts do not balance {loads}: {ways_out}")
+    forces, tau = motion.forces(q), np.zeros_like(q)
     tau[motion.motors] = forces[motion.motors]
     residual = float(np.max(np.abs(forces - tau), initial=0.0))
     return State(q, zero, zero, tau, motion.torques(q, tau), tuple(sorted((*sought, *base))), residual)
@@ -270,34 +270,18 @@ def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) 
 
 def _improve(motion: EquationsOfMotion, q: Array, base: list[int], unknown: list[str]) -> None:
     """Change the thrusts so that the base is balanced; forces are linear in the thrusts."""
-    zero = np.zeros_like(q)
-    before = motion.forces(q, zero, zero)[base]
+    before = motion.forces(q)[base]
     columns = []
     for name in unknown:
         motion.parameters[name] += 1.0
-        columns.append(motion.forces(q, zero, zero)[base] - before)
+        columns.append(motion.forces(q)[base] - before)
         motion.parameters[name] -= 1.0
     for name, x in zip(unknown, np.linalg.lstsq(np.array(columns).T, -before, rcond=None)[0], strict=True):
         motion.parameters[name] += float(x)
 
 
-def _loads(motion: EquationsOfMotion, q: Array) -> tuple[Array, float]:
-    """Return the forces at rest, and the largest force or thrust."""
-    zero = np.zeros_like(q)
-    forces = motion.forces(q, zero, zero)
-    return forces, max(*map(abs, thrusts_of(motion).values()), float(np.abs(forces).max()), np.finfo(float).tiny)
-
-
-def _is_balanced(motion: EquationsOfMotion, q: Array, base: list[int]) -> bool:
-    forces, largest = _loads(motion, q)
-    return bool(np.abs(forces[base]).max() <= RESIDUAL * largest)
-
-
-def _refuse_unbalanced(motion: EquationsOfMotion, q: Array, base: list[int]) -> None:
-    if _is_balanced(motion, q, base):
-        return
-    forces, largest = _loads(motion, q)
-    unbalanced = [k for k in base if abs(forces[k]) > RESIDUAL * largest]
-    loads = ", ".join(f"{motion.names[k]} ({abs(forces[k]):.4g} {motion.joints[k].force_unit})" for k in unbalanced)
-    what = f"these thrusts do not balance {loads}: add a thrust, or leave out values (FRAME.fz) to have them computed"
-    raise InputError(motion.source, OPTION, what)
+def _unbalanced(motion: EquationsOfMotion, q: Array, base: list[int]) -> dict[int, float]:
+    """Return the forces at rest on coordinates of the base, by index in q, beyond rounding of the largest load."""
+    forces = np.abs(motion.forces(q)).tolist()
+    largest = max(*map(abs, thrusts_of(motion).values()), *forces, np.finfo(float).tiny)
+    return {k: forces[k] for k in base if not forces[k] <= RESIDUAL * largest}

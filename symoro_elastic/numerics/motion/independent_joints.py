@@ -54,10 +54,14 @@ def moved_by(machine: Machine, j: int) -> dict[int, float]:
 
 
 def _exchanges(machine: Machine, j: int, wanted: Collection[int]) -> Iterator[Machine]:
-    """Yield machines with joint j independent instead of another, those with closed forms first."""
-    moving = {k: x for k, x in moved_by(machine, j).items() if k not in wanted}
-    assembled = []
-    for k in _rank(machine, moving):
+    """Yield machines with joint j independent instead of another, those with closed forms first.
+
+    Joints without a motor come first, then those that move the joint most, then the last table rows.
+    """
+    moving = {k: abs(x) for k, x in moved_by(machine, j).items() if k not in wanted}
+    largest, assembled = max(moving.values(), default=1.0), []
+    is_motor = {k: machine.joint(k).kind is Kind.MOTOR for k in moving}
+    for k in sorted(moving, key=lambda k: (is_motor[k], -round(moving[k] / largest, DIGITS), -k)):
         with_dependent = _with_dependent(machine, {*machine.dependent} - {j} | {k})
         try:
             is_assembled = lacks_closed_form(with_dependent)
@@ -68,12 +72,6 @@ def _exchanges(machine: Machine, j: int, wanted: Collection[int]) -> Iterator[Ma
         else:
             yield with_dependent
     yield from assembled
-
-
-def _rank(machine: Machine, row: Mapping[int, float]) -> list[int]:
-    """Return joints without a motor first, then by decreasing motion of the exchanged joint, last table rows first."""
-    largest = max(map(abs, row.values()), default=1.0)
-    return sorted(row, key=lambda k: (machine.joint(k).kind is Kind.MOTOR, -round(abs(row[k]) / largest, DIGITS), -k))
 
 
 def _with_dependent(machine: Machine, dependent: Collection[int]) -> Machine:
@@ -102,8 +100,7 @@ def followers(machine: Machine) -> dict[int, tuple[int, ...]]:
 def share_torques(S_m: Array, forces: Array, shares: Array) -> Array:
     """Return torques (m,) with S_m^T tau = forces (n,), in the least sum of tau^2 / share (L31)."""
     gram = S_m.T @ (shares[:, None] * S_m)
-    torques: Array = shares * (S_m @ np.linalg.lstsq(gram, forces, rcond=None)[0])
-    return torques
+    return np.asarray(shares * (S_m @ np.linalg.lstsq(gram, forces, rcond=None)[0]))
 
 
 def shares(machine: Machine, values: Mapping[str, float]) -> Array:

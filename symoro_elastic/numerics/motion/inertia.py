@@ -35,11 +35,8 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
     idle_names = [names[row] for row in idle]
     joined, obstacle = _condensing(motion, idle_names)
     ways += joined
-    wrong = (
-        "singular here: nothing has inertia"
-        if least > -MATRIX_ROUNDING
-        else "not positive here: the inertia is negative"
-    )
+    is_zero = least > -MATRIX_ROUNDING
+    wrong = "singular here: nothing has inertia" if is_zero else "not positive here: the inertia is negative"
     what = f"{wrong} in a motion of {enumeration(idle_names)}; {' or '.join(ways)}{obstacle}"
     raise InputError(motion.source, "inertia matrix", what)
 
@@ -60,9 +57,8 @@ def massless_rows(M: Array) -> tuple[list[int], float]:
     values, vectors = _scaled_eigenvalues(M)
     null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))
-    return [int(row) for row in np.flatnonzero(part > MOVING_COMPONENT * part.max(initial=0.0))], float(
-        values.min(initial=1.0)
-    )
+    moving = np.flatnonzero(part > MOVING_COMPONENT * part.max(initial=0.0))
+    return moving.tolist(), float(values.min(initial=1.0))
 
 
 def rows_to_remove(M: Array, preferred: Collection[int]) -> list[int]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.foundation.errors import InputError, reported_places
+from symoro_elastic.foundation.errors import reported_places
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.frames import FrameNames, Points, points_of
 from symoro_elastic.machine.machine import Machine
@@ -108,7 +108,7 @@ def entry_of(machine: Machine, signal: JointSignal) -> int:
     if signal.number not in machine.independent:
         names = ", ".join(joint.name for joint in machine.independent_joints)
         what = f"{quote(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
-        raise _error(machine, OUTPUT, what)
+        raise machine.error(OUTPUT, what)
     return machine.independent.index(signal.number)
 
 
@@ -125,7 +125,7 @@ def _input(machine: Machine, name: str) -> Signal:
     if j not in machine.motors:
         motors = ", ".join(default_inputs(machine)) or "this machine has none"
         what = f"{quote(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
-        raise _error(machine, INPUT, what)
+        raise machine.error(INPUT, what)
     return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 
 
@@ -147,7 +147,7 @@ def _split(machine: Machine, name: str, place: str, known: Collection[str], usua
         meant = f"{owner}.{quantity.lower()}"
         if dot and quantity.lower() in known:
             what += f"; did you mean {quote(meant)}?"
-        raise _error(machine, place, what)
+        raise machine.error(place, what)
     return owner, quantity
 
 
@@ -156,7 +156,7 @@ def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
     numbers = {machine.joint(j).name: j for j in machine.with_variable}
     if owner not in numbers:
         what = f"{quote(name)}: no joint {quote(owner)} moves{did_you_mean(owner, numbers)}"
-        raise _error(machine, place, what)
+        raise machine.error(place, what)
     return numbers[owner]
 
 
@@ -164,24 +164,20 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
     try:
         part = RequestedPart.parse(owner)
     except FormulaError as error:
-        raise _error(machine, place, f"{quote(name)}: {error}") from None
+        raise machine.error(place, f"{quote(name)}: {error}") from None
     names, moving = FrameNames(machine), machine.degrees_of_base > 0
     number = names.number(part.name, or_frame_0=moving and not part.at)
     if number == 0:
         return FrameSignal(name, 0, component, order)
     if part.seen_from:
-        raise _error(machine, place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {part.seen_from}'")
+        raise machine.error(place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {part.seen_from}'")
     if number is None:
         what = f"{quote(name)}: no frame {quote(part.name)}{did_you_mean(part.name, names.own)}"
-        raise _error(machine, place, what)
+        raise machine.error(place, what)
     if reason := machine.no_frame_of_mode(number):
-        raise _error(machine, place, f"{quote(name)}: {reason}")
+        raise machine.error(place, f"{quote(name)}: {reason}")
     parameters = {parameter.name for parameter in machine.parameters}
     unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - parameters)
     if unknown:
-        raise _error(machine, place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
+        raise machine.error(place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
     return FrameSignal(name, number, component, order, part.at)
-
-
-def _error(machine: Machine, place: str, what: str) -> InputError:
-    return machine.error(place, what)

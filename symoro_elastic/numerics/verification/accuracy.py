@@ -219,8 +219,7 @@ class _Judge:
         """Return every input one ulp up or down, at random; parameters become one number a state."""
 
         def off(x: Array) -> Array:
-            moved: Array = self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf))
-            return moved
+            return np.asarray(self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf)))
 
         return states.map(off), {name: off(np.full(len(states), value)) for name, value in self.values.items()}
 
@@ -288,14 +287,12 @@ def _differences(
     results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]
 ) -> dict[str, tuple[AnyArray, AnyArray]]:
     """Return by result the largest difference and the largest exact entry at each state."""
+    differences = {}
     with np.errstate(all="ignore"):
-        return {
-            name: (
-                np.abs(results[name][0] - exact + sum(results[name][1:])).max(axis=1, initial=0),
-                np.abs(exact).max(axis=1, initial=0),
-            )
-            for name, exact in wanted.items()
-        }
+        for name, exact in wanted.items():
+            apart = np.abs(results[name][0] - exact + sum(results[name][1:]))
+            differences[name] = apart.max(axis=1, initial=0), np.abs(exact).max(axis=1, initial=0)
+    return differences
 
 
 def _distance(results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, AnyArray]) -> Array:

@@ -115,9 +115,8 @@ class _Motion:
     def _cut_variables(self) -> dict[str, Any]:
         """Return values of the cut joints: the position of e relative to m, with the cut joint at zero."""
         variables: dict[str, Any] = {}
-        placements = self.point.placements(
-            {**self.point.variables, **dict.fromkeys(self.cuts, self.point.arithmetic.number(0))}
-        )
+        at_zero = dict.fromkeys(self.cuts, self.point.arithmetic.number(0))
+        placements = self.point.placements({**self.point.variables, **at_zero})
         for loop in self.machine.loops:
             joint = self.machine.joint(loop.cut)
             e, m = placements[loop.cut], placements[loop.meets]
@@ -180,12 +179,9 @@ class _Motion:
     def forces(self, given: Mapping[str, Numbers]) -> Numbers:
         """Forces on the base and on the independent variables that the motion needs, friction included."""
         h, start = self.h, self.at_start
-        after, before = (
-            self._neighbour(
-                {n: t * v + t * t * a / 2 for n, v, a in zip(self.names, self.point.qd, self.udd, strict=True)}
-            )
-            for t in (h, -h)
-        )
+        rates = list(zip(self.names, self.point.qd, self.udd, strict=True))
+        moves = ({name: t * v + t * t * a / 2 for name, v, a in rates} for t in (h, -h))
+        after, before = map(self._neighbour, moves)
         qd = {j: (after.q[j] - before.q[j]) / (2 * h) for j in start.q}
         qdd = {j: (after.q[j] - 2 * start.q[j] + before.q[j]) / (h * h) for j in start.q}
         xd = {name: (after.x[name] - before.x[name]) / (2 * h) for name in start.x}

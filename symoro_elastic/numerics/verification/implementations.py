@@ -61,11 +61,8 @@ def equations_on_floats(values: Mapping[str, float]) -> Implementation:
 
     def run(traced: TracedModel, states: State) -> ResultArrays:
         rows = [_evaluate(traced.program, _symbols(traced, states[k], values)) for k in range(len(states))]
-        columns = zip(*rows, strict=True)
-        return {
-            output.name: np.array(column, dtype=float)
-            for output, column in zip(traced.program.outputs, columns, strict=True)
-        }
+        results = zip(traced.program.outputs, zip(*rows, strict=True), strict=True)
+        return {output.name: np.array(column, dtype=float) for output, column in results}
 
     return run
 
@@ -84,9 +81,8 @@ def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
     """Write a generated numpy package to a folder and return it as a module with a unique name."""
     fill_folder(folder, files)
     name = f"symoro_elastic_generated_{next(_numbers)}"
-    spec = importlib.util.spec_from_file_location(
-        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
-    )
+    places = [str(folder)]
+    spec = importlib.util.spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=places)
     if spec is None or spec.loader is None:
         raise ImportError(f"{folder} holds no package")
     module = sys.modules[name] = importlib.util.module_from_spec(spec)

@@ -312,9 +312,8 @@ class StateReference:
             return self._driven(traced)
         machine = self.reference.machine
         qdd_motor = dict(zip(machine.motors, self.numbers("qdd_motor"), strict=True))
-        return self._solve_mixed(
-            traced, [qdd_motor.get(j) for j in machine.independent], self._on_independent(self._passive_forces())
-        )
+        given = [qdd_motor.get(j) for j in machine.independent]
+        return self._solve_mixed(traced, given, self._on_independent(self._passive_forces()))
 
     def _driven(self, traced: TracedModel) -> dict[str, Numbers]:
         """Return torques of motors and accelerations of independent variables for accelerations of the motors (L30)."""
@@ -449,10 +448,9 @@ def _with_rounding(arithmetic: Arithmetic[Any], source: random.Random) -> Arithm
     def rounded(name: str) -> Callable[[Any], Any]:
         def value(x: Any) -> Any:
             if (name, x) not in moved:
-                exact = arithmetic.operations[name](x)
-                moved[name, x] = (
-                    exact if exact in (-1, 0, 1) else exact * arithmetic.number(_one_ulp_off(Fraction(1), source))
-                )
+                moved[name, x] = exact = arithmetic.operations[name](x)
+                if exact not in (-1, 0, 1):
+                    moved[name, x] = exact * arithmetic.number(_one_ulp_off(Fraction(1), source))
             return moved[name, x]
 
         return value

@@ -142,12 +142,8 @@ class RoundingModes:
 
     def _as_generated(self, signature: Function, states: int, arguments: Mapping[str, Array]) -> dict[str, Array]:
         results = self._plain.call(signature.name, **self._inputs(signature, arguments))
-        return {
-            result.name: np.broadcast_to(results[result.name], (states, *result.shape)).reshape(
-                states, math.prod(result.shape)
-            )
-            for result in signature.results
-        }
+        spread = {x.name: np.broadcast_to(results[x.name], (states, *x.shape)) for x in signature.results}
+        return {x.name: spread[x.name].reshape(states, math.prod(x.shape)) for x in signature.results}
 
     def _inputs(self, signature: Function, arguments: Mapping[str, Array]) -> dict[str, Array]:
         names = self.package.inputs(signature)

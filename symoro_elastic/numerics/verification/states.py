@@ -68,13 +68,8 @@ class _Variable:
     reach: float
 
 
-@dataclass
-class _State:
-    q: list[float]
-    qd: list[float]
-    tau: list[float]
-    qdd_motor: list[float]
-    qdd: list[float]
+_State = dict[str, list[float]]
+"""Numbers by argument of a state of joints and motors."""
 
 
 def moderate_states(machine: Machine, count: int, seed: int = 0, values: ParameterValues | None = None) -> States:
@@ -99,14 +94,14 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
     """
     values = values or parameter_values(machine, seed)
     variables, rng = _variables(machine, values), np.random.default_rng([seed, EXTREME])
-    drawn = []
-    for k in range(count):
-        title, change = EXTREMES[k % len(EXTREMES)]
+    blocks = _moderate(variables, len(machine.motors), rng, np.zeros(0, dtype=bool))
+    titles = [EXTREMES[k % len(EXTREMES)] for k in range(count)]
+    for k, (_, change) in enumerate(titles):
         moderate = _moderate(variables, len(machine.motors), rng, np.array([k % 2 == 0]))
-        state = _State(**{name: block[0].tolist() for name, block in moderate.items()})
+        state = {name: block[0].tolist() for name, block in moderate.items()}
         change(state, variables, rng)
-        drawn.append((title, state))
-    states = _stack(drawn, len(variables), len(machine.motors))
+        blocks = {name: np.concatenate([block, [state[name]]]) for name, block in blocks.items()}
+    states = States(blocks, tuple(title for title, _ in titles))
     return _whole(machine, states, variables, values, seed, EXTREME)
 
 
@@ -170,16 +165,7 @@ def _wrenches(machine: Machine, titles: Sequence[str], rng: Rng) -> Array:
     """Moderate wrenches on frames; none where everything is zero."""
     drawn = _within(QUANTITIES["f_ext"], rng.random((len(titles), 6 * len(machine.forces))))
     acting = np.array([title != ZERO for title in titles], dtype=float)
-    wrenches: Array = acting[:, None] * drawn
-    return wrenches
-
-
-def _stack(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
-    def stack(name: str) -> Array:
-        size = motors if QUANTITIES[name].shape == "m" else variables
-        return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
-
-    return States({name: stack(name) for name in ARGUMENTS}, tuple(title for title, _ in states))
+    return np.asarray(acting[:, None] * drawn)
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
@@ -224,40 +210,36 @@ def _extreme(rng: Rng, argument: str) -> float:
 
 
 def _rest(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    state.qd = [0.0] * len(state.qd)
-    state.tau = [0.0] * len(state.tau)
-    state.qdd_motor = [0.0] * len(state.qdd_motor)
-    state.qdd = [0.0] * len(state.qdd)
+    state.update({name: [0.0] * len(x) for name, x in state.items() if name != "q"})
 
 
 def _quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     for k, variable in enumerate(variables):
         turn = int(rng.integers(-4, 5)) * math.pi / 2
         if variable.revolute and abs(turn - variable.centre) <= variable.reach:
-            state.q[k] = turn
+            state["q"][k] = turn
 
 
 def _nearly_quarter_turns(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     _quarter_turns(state, variables, rng)
     for k, variable in enumerate(variables):
         if variable.revolute:
-            state.q[k] = math.nextafter(state.q[k], math.copysign(math.inf, rng.uniform(-1, 1)))
+            state["q"][k] = math.nextafter(state["q"][k], math.copysign(math.inf, rng.uniform(-1, 1)))
 
 
 def _far(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
     for k, variable in enumerate(variables):
         away = _magnitude(rng, 2, 8) if variable.revolute else _magnitude(rng, -3, 1)
-        state.q[k] = variable.centre + min(variable.reach, max(-variable.reach, away))
+        state["q"][k] = variable.centre + min(variable.reach, max(-variable.reach, away))
 
 
 def _velocities(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    state.qd = [0.0 if rng.random() < 0.2 else _extreme(rng, "qd") for _ in state.qd]
+    state["qd"] = [0.0 if rng.random() < 0.2 else _extreme(rng, "qd") for _ in state["qd"]]
 
 
 def _torques(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    state.tau = [_extreme(rng, "tau") for _ in state.tau]
-    state.qdd_motor = [_extreme(rng, "qdd_motor") for _ in state.qdd_motor]
-    state.qdd = [_extreme(rng, "qdd") for _ in state.qdd]
+    for name in ("tau", "qdd_motor", "qdd"):
+        state[name] = [_extreme(rng, name) for _ in state[name]]
 
 
 def _everything(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
@@ -267,8 +249,7 @@ def _everything(state: _State, variables: Sequence[_Variable], rng: Rng) -> None
 
 
 def _zero(state: _State, variables: Sequence[_Variable], rng: Rng) -> None:
-    _rest(state, variables, rng)
-    state.q = [0.0] * len(state.q)
+    state.update({name: [0.0] * len(x) for name, x in state.items()})
 
 
 EXTREMES: tuple[tuple[str, Callable[[_State, Sequence[_Variable], Rng], None]], ...] = (
@@ -330,5 +311,4 @@ def _entries(rng: np.random.Generator, count: int, samples: Samples, title: str)
         return np.zeros(count)
     if samples.decades is None or title not in (FAST if samples is VELOCITIES else LOADED):
         return rng.uniform(-samples.size, samples.size, count)
-    numbers: Array = 10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count)
-    return numbers
+    return np.asarray(10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count))

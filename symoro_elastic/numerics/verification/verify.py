@@ -212,9 +212,8 @@ def compare(
             tally.add(state, point)
         progress(k + 1, len(stacked))
     disagreement = _disagreement(reference, models, stacked)
-    return Verification(
-        tuple(tally.verification() for tally in tallies), len(stacked), disagreement, code.missing, programs.whole.name
-    )
+    verified = tuple(tally.verification() for tally in tallies)
+    return Verification(verified, len(stacked), disagreement, code.missing, programs.whole.name)
 
 
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:

@@ -26,7 +26,7 @@ from symoro_elastic.numerics.evaluation.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box, Parts, cut
 from symoro_elastic.numerics.guarantees.certificate import Knowledge
 from symoro_elastic.numerics.guarantees.intervals import Interval, interval
-from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
+from symoro_elastic.numerics.guarantees.inverse_on_cells import allowed_right_sides, largest_solutions, widened
 from symoro_elastic.numerics.guarantees.largest_value import WORK, largest
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
 from symoro_elastic.numerics.within.reduction import reduce_program
@@ -124,9 +124,8 @@ def solved_exactly(task: Task, joints: Joints, residual: Residual, bound: ErrorB
     errors = np.array([entry.bounded or 0.0 for entry in reduced_residual.errors])
     A = residual.matrices(errors)
     accelerations = dict(zip(form.joints, largest_solutions(A, errors).max(axis=1), strict=True))
-    reduced = form.solved(
-        with_values(form.program, reduced_residual.values), form.names.moved(reduced_residual.values), joints
-    )
+    values = reduced_residual.values
+    reduced = form.solved(with_values(form.program, values), form.names.moved(values), joints)
     reduction = replace(
         task.without_changes().reduction(),
         reduced=reduced,
@@ -175,15 +174,14 @@ def _whole_box(entries: Sequence[Operand], box: Box) -> Parts:
 def _matrix(form: InertiaForm, entries: Sequence[Operand], box: Box) -> Interval:
     """The range of A (n, n, sub-boxes): by intervals, where these do not suffice by polynomials, too."""
     bounds = running_errors(reachable(entries), _parts(entries, box), DOUBLE)
-    A = _symmetric(form, [bounds.range_of(x) for x in entries], bounds.shape)
+    ranges = [bounds.range_of(x) for x in entries]
+    A = _symmetric(form, ranges, bounds.shape)
     if np.isfinite(largest_solutions(A, np.ones(len(form.joints)))).all():
         return A
     drawn = evaluate(entries, box.states(DRAWN, np.random.default_rng(0)), arithmetic(np.float64))
     values = [np.asarray(drawn(x), dtype=float) for x in entries]
-    ranges = [
-        bounds.range_of(x).meeting(_about(x, (value.min() + value.max()) / 2, box))
-        for x, value in zip(entries, values, strict=True)
-    ]
+    about_middles = [_about(x, (value.min() + value.max()) / 2, box) for x, value in zip(entries, values, strict=True)]
+    ranges = [x.meeting(y) for x, y in zip(ranges, about_middles, strict=True)]
     return _symmetric(form, ranges, bounds.shape)
 
 

@@ -84,17 +84,10 @@ class Sweep:
             self._add_product(second, adjoint, rows[first])
         elif operation == NEGATE:
             self._subtract(operands[0], adjoint)
-        elif operands:
-            self._back_by_rule(place, rows, adjoint)
-
-    def _back_by_rule(self, place: int, rows: Rows, adjoint: Array) -> None:
-        row, operands = OPERATIONS[self._tape.operations[place]], self._tape.operands[place]
-        if row.partials is None:
-            return
-        x = [rows[operand] for operand in operands]
-        partials = row.partials(arithmetic(np.float64).operations, rows[place], x)
-        for operand, partial in zip(operands, partials.back(1.0), strict=True):
-            self._add_product(operand, adjoint, np.asarray(partial))
+        elif operands and (rule := OPERATIONS[operation].partials):
+            partials = rule(arithmetic(np.float64).operations, rows[place], [rows[x] for x in operands])
+            for operand, partial in zip(operands, partials.back(1.0), strict=True):
+                self._add_product(operand, adjoint, np.asarray(partial))
 
 
 def node_shift(tape: Tape, rows: Rows, change: Change) -> Array:

@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -85,8 +86,7 @@ class FrequencyShifts:
         at = self._watched
         roots = self._roots(at.states, Changes.of(accepted))
         signs = np.where(roots.real < at.roots.real, -1.0, 1.0)
-        shifts: Array = (signs * self._distances(roots, at.roots)).reshape(-1) / self._limit
-        return shifts
+        return np.asarray((signs * self._distances(roots, at.roots)).reshape(-1) / self._limit)
 
     def effects(self, accepted: Sequence[Change]) -> Callable[[Change], Array]:
         """Return by how much one more change moves the `errors`, to first order."""
@@ -106,7 +106,8 @@ class FrequencyShifts:
             return 0.0
         bound = max(most, bound_of_more(np.maximum(shifts, SMALLEST), POSITIONS))
         if not bound <= 1:
-            self._watched = self._watched.with_states(at.at(worst))
+            states = np.concatenate([self._watched.states, at.states[:, worst]], axis=1)
+            self._watched = _WatchedStates(states, np.concatenate([self._watched.roots, at.roots[worst]]))
             self._limit *= max(SLACK * most / bound, SLACK / most if most > 1 else 0.0, LEAST)
             self._effects = None
         return bound
@@ -132,8 +133,7 @@ class FrequencyShifts:
     def _allowed_shifts(self, omega: Array) -> Array:
         """The tolerance of frequencies."""
         tolerance = self._required.tolerance
-        allowed: Array = tolerance.value * (omega if tolerance.relative else np.full_like(omega, 2 * np.pi))
-        return allowed
+        return np.asarray(tolerance.value * (omega if tolerance.relative else np.full_like(omega, 2 * np.pi)))
 
     def _distances(self, roots: AnyArray, exact: AnyArray) -> Array:
         """Shifts (states, modes) of their tolerance, infinite where a mode is lost."""
@@ -189,22 +189,11 @@ class FrequencyShifts:
         return np.where(reached, moved, states)
 
 
-@dataclass(frozen=True)
-class _WatchedStates:
+class _WatchedStates(NamedTuple):
     """States (symbols, states), and the roots of the eigenvalues of the whole model there (states, modes)."""
 
     states: Array
     roots: AnyArray
-
-    def at(self, chosen: AnyArray) -> _WatchedStates:
-        """Some of the states."""
-        return _WatchedStates(self.states[:, chosen], self.roots[chosen])
-
-    def with_states(self, other: _WatchedStates) -> _WatchedStates:
-        """These states and others."""
-        return _WatchedStates(
-            np.concatenate([self.states, other.states], axis=1), np.concatenate([self.roots, other.roots])
-        )
 
 
 @dataclass(frozen=True)
@@ -220,8 +209,7 @@ class _Motion:
 
     def stiffness(self, J: Array) -> Array:
         """S (states, joints, joints)."""
-        S: Array = -(self.weights @ J[:, :, list(self.moving)])
-        return S
+        return np.asarray(-(self.weights @ J[:, :, list(self.moving)]))
 
 
 @dataclass(frozen=True)
@@ -316,8 +304,7 @@ class _Places:
         matrix = np.concatenate([J[:, :, list(self.passive)], B], axis=2)
         scale = np.maximum(np.abs(matrix).max(axis=1, keepdims=True), SMALLEST)
         step = _least_solution(matrix / scale, qdd[:, :, None])[:, :, 0] / scale[:, 0]
-        finite_step: Array = np.where(np.isfinite(step), step, 0.0)
-        return finite_step
+        return np.asarray(np.where(np.isfinite(step), step, 0.0))
 
 
 def _roots_of(S: Array) -> AnyArray:
@@ -330,9 +317,7 @@ def _vectors_of(S: Array) -> tuple[Array, Array]:
     """Right and left eigenvectors (states, modes, joints), in the order of the roots; their products are 1."""
     values, x = np.linalg.eig(np.where(_finite(S), S, 0.0))
     order = _order(_swinging(values))[:, :, None]
-    right, left = (
-        np.take_along_axis(vectors.real, order, axis=1) for vectors in (x.transpose(0, 2, 1), np.linalg.pinv(x))
-    )
+    right, left = (np.take_along_axis(y.real, order, axis=1) for y in (x.transpose(0, 2, 1), np.linalg.pinv(x)))
     largest = np.maximum(np.abs(right).max(axis=2, keepdims=True), SMALLEST)
     return right / largest, left * largest
 
@@ -410,7 +395,6 @@ class ShiftEffects:
             if adjoint is None:
                 return np.zeros(half)
             ends: Array = adjoint[0] * node_shift(tape, rows, change)
-            both: Array = ends[:half] + ends[half:]
-            return both
+            return np.asarray(ends[:half] + ends[half:])
 
         return effect

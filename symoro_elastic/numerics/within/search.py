@@ -60,11 +60,6 @@ Accepts = Callable[[Sequence[Change]], bool]
 """Whether changes are possible together."""
 
 
-def accept_all(changes: Sequence[Change]) -> bool:
-    """Return True: all changes are possible together."""
-    return True
-
-
 class MoreErrors(Protocol):
     """Errors of other quantities than the results, as fractions of their limits."""
 
@@ -83,7 +78,7 @@ class Search:
         tape: Tape,
         candidates: Sequence[Change],
         sample: Sample,
-        accepts: Accepts = accept_all,
+        accepts: Accepts = lambda changes: True,
         more: MoreErrors | None = None,
     ) -> None:
         self._accepts, self._more = accepts, more

@@ -49,8 +49,7 @@ class Bounds:
     @property
     def is_moving(self) -> BoolArray:
         """Where symbols are neither positions nor points."""
-        moving: BoolArray = (~self.is_position & (self.low < self.high))[:, 0]
-        return moving
+        return np.asarray((~self.is_position & (self.low < self.high))[:, 0])
 
     def draw(self, states: int, rng: np.random.Generator) -> Array:
         """Return states (symbols, states)."""
@@ -58,11 +57,10 @@ class Bounds:
 
     def at_rest(self, states: int, rng: np.random.Generator) -> Array:
         """Return states at random positions, the first at the origin; zero, or what is nearest to it, for all else."""
-        states_at_rest = self.draw(states, rng)
+        drawn_states = self.draw(states, rng)
         least = np.clip(0.0, self.low, self.high)
-        states_at_rest[:, :1] = least
-        states_at_rest = np.where(self.is_position, states_at_rest, least)
-        return states_at_rest
+        drawn_states[:, :1] = least
+        return np.where(self.is_position, drawn_states, least)
 
     def inside(self, states: Array) -> Array:
         """Return states moved into the box."""
@@ -79,8 +77,7 @@ class Unseen:
     @property
     def worst(self) -> Array:
         """The largest error by result, NaN where one is."""
-        worst: Array = np.abs(self.errors).max(axis=1, initial=0.0)
-        return worst
+        return np.asarray(np.abs(self.errors).max(axis=1, initial=0.0))
 
     def bounds(self, more: int) -> Array:
         """Return bounds on the errors by result at `more` states drawn likewise (`quantile_bound.py`)."""

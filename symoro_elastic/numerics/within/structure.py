@@ -95,8 +95,7 @@ class _Inverse:
 
     def power(self, states: Mapping[str, Array]) -> Array:
         """The power of the motors."""
-        power: Array = (self.argument(states, "qd") * self.torques(states)).sum(axis=0)
-        return power
+        return np.asarray((self.argument(states, "qd") * self.torques(states)).sum(axis=0))
 
     def power_balance(self, states: Mapping[str, Array]) -> Array:
         """qd' c - 1/2 qd' Ad qd: the power of friction, and the violation of the balance."""
@@ -104,5 +103,4 @@ class _Inverse:
         still = np.zeros_like(qd)
         c = self.torques(states, qdd_motor=still) - self.torques(states, qd=still, qdd_motor=still)
         rate = (self.inertia(states, q + STEP * qd) - self.inertia(states, q - STEP * qd)) / (2 * STEP)
-        balance: Array = (qd * c).sum(axis=0) - np.einsum("is,iks,ks->s", qd, rate, qd) / 2
-        return balance
+        return np.asarray((qd * c).sum(axis=0) - np.einsum("is,iks,ks->s", qd, rate, qd) / 2)

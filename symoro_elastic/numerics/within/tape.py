@@ -29,40 +29,26 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.evaluation.arrays import arithmetic
+from symoro_elastic.symbolic import operations as op
 from symoro_elastic.symbolic.arithmetic import EXACT, FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, maximum, minimum, sign, square_root
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-)
 from symoro_elastic.symbolic.program import Output, Program
 
-SUMS = (ADD, SUBTRACT)
+SUMS = (op.ADD, op.SUBTRACT)
 _UFUNCS: dict[str, Callable[..., Any]] = {
-    ADD: np.add,
-    SUBTRACT: np.subtract,
-    MULTIPLY: np.multiply,
-    DIVIDE: np.divide,
-    NEGATE: np.negative,
+    op.ADD: np.add,
+    op.SUBTRACT: np.subtract,
+    op.MULTIPLY: np.multiply,
+    op.DIVIDE: np.divide,
+    op.NEGATE: np.negative,
 }
 OF_NUMBERS: dict[str, Callable[..., Operand]] = {
-    SQRT: square_root,
-    SIGN: sign,
-    ATAN2: arc_tangent,
-    MINIMUM: minimum,
-    MAXIMUM: maximum,
+    op.SQRT: square_root,
+    op.SIGN: sign,
+    op.ATAN2: arc_tangent,
+    op.MINIMUM: minimum,
+    op.MAXIMUM: maximum,
 }
 """Functions that are exact for some numbers."""
 PREFIX = "kept_"
@@ -131,11 +117,11 @@ class Tape:
         self._places = {node.id: place for place, node in enumerate(self.nodes)}
         self._constants: dict[Operand, int] = {}
         self.operations = [node.operation for node in self.nodes]
-        self.operands = [() if x.operation == SYMBOL else tuple(map(self.place, x.operands)) for x in self.nodes]
+        self.operands = [() if x.operation == op.SYMBOL else tuple(map(self.place, x.operands)) for x in self.nodes]
         self.entries = [[self.place(x) for x in output.entries] for output in program.outputs]
         returned = dict.fromkeys(x for places in self.entries for x in places)
         self.results = [x for x in returned if x < self.count and self.operands[x]]
-        self.symbols = {str(x.operands[0]): place for place, x in enumerate(self.nodes) if x.operation == SYMBOL}
+        self.symbols = {str(x.operands[0]): place for place, x in enumerate(self.nodes) if x.operation == op.SYMBOL}
         value = evaluate(self._constants, {}, FLOATS)
         self.constants = [float(value(x)) for x in self._constants]
         places = {symbol for argument in program.inputs if argument.name in positions for symbol in argument.symbols}
@@ -223,7 +209,7 @@ class Tape:
         first, second = (s if (place, k) in changes.dropped else 1.0 for k in (0, 1))
         if first == second == 1.0:
             return function
-        return _weighted(first, -second if operation == SUBTRACT else second)
+        return _weighted(first, -second if operation == op.SUBTRACT else second)
 
     def _frozen(self, place: int, constant: float, s: float) -> Step:
         first, second = (*self.operands[place], -1, -1)[:2]
@@ -276,9 +262,7 @@ def changed_values(tape: Tape, changes: Changes) -> dict[int, Operand]:
 
 def with_values(program: Program, values: Mapping[int, Operand]) -> tuple[Output, ...]:
     """Return the outputs of a program with new values of its nodes."""
-    return tuple(
-        Output(output.name, output.shape, tuple(_new(x, values) for x in output.entries)) for output in program.outputs
-    )
+    return tuple(Output(x.name, x.shape, tuple(_new(entry, values) for entry in x.entries)) for x in program.outputs)
 
 
 def _new(x: Operand, values: Mapping[int, Operand]) -> Operand:
@@ -296,10 +280,17 @@ def _value(place: int, node: Expression, changes: Changes, values: Mapping[int, 
         first, second = (0 if gone else x for gone, x in zip(dropped, operands, strict=True))
         changed: Operand = EXACT[node.operation](first, second)
         return changed
+    return _rebuilt(node, operands, _function)
+
+
+def _rebuilt(
+    node: Expression, operands: Sequence[Operand], function: Callable[[Expression, Sequence[Operand]], Operand]
+) -> Operand:
+    """A node of other operands; `function` makes one that is no sum, product or quotient."""
     if all(new is old for new, old in zip(operands, node.operands, strict=True)):
         return node
     operation = EXACT.get(node.operation)
-    value: Operand = operation(*operands) if operation else _function(node, operands)
+    value: Operand = operation(*operands) if operation else function(node, operands)
     return value
 
 
@@ -308,12 +299,12 @@ def _function(node: Expression, operands: Sequence[Operand]) -> Operand:
     graph, name, x = node.graph, node.operation, operands[0]
     if name in OF_NUMBERS:
         return OF_NUMBERS[name](graph, *operands)
-    if name not in (SIN, COS):
+    if name not in (op.SIN, op.COS):
         return graph.node(name, *operands)
     if not isinstance(x, Expression):
-        return cosine_sine(graph, x)[name == SIN]
+        return cosine_sine(graph, x)[name == op.SIN]
     wave = graph.node(name, x.positive)
-    return -wave if x is not x.positive and name == SIN else wave
+    return -wave if x is not x.positive and name == op.SIN else wave
 
 
 @dataclass(frozen=True)
@@ -339,22 +330,12 @@ def with_switches(program: Program, positions: Sequence[str] = ("q",)) -> Switch
     tape, changes = Tape(program, positions), dict[str, Change]()
     values: dict[int, Operand] = {}
     for place, node in enumerate(tape.nodes):
-        operands = [values.get(x.id, x) if isinstance(x, Expression) else x for x in node.operands]
+        operands = [_new(x, values) for x in node.operands]
         if tape.operations[place] in SUMS and node.level == Level.STATE:
             for k in (0, 1):
                 name = f"{PREFIX}{len(changes)}"
                 changes[name] = Change(Kind.DROP, place, k)
                 operands[k] = node.graph.symbol(name, Level.PARAMETER) * operands[k]
-        values[node.id] = _switch_value(node, operands)
-    entries = [x for output in program.outputs for x in output.entries]
-    results = tuple(values.get(x.id, x) if isinstance(x, Expression) else x for x in entries)
+        values[node.id] = _rebuilt(node, operands, lambda node, x: node.graph.node(node.operation, *x))
+    results = tuple(x for output in with_values(program, values) for x in output.entries)
     return SwitchedProgram(program, tape, results, changes)
-
-
-def _switch_value(node: Expression, operands: Sequence[Operand]) -> Operand:
-    """A node of new operands."""
-    if all(new is old for new, old in zip(operands, node.operands, strict=True)):
-        return node
-    operation = EXACT.get(node.operation)
-    value: Operand = operation(*operands) if operation else node.graph.node(node.operation, *operands)
-    return value

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,23 +17,8 @@ from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
 from symoro_elastic.numerics.within.effects import Sweep
 from symoro_elastic.numerics.within.frequencies import FrequencyShifts, NaturalFrequencies
 from symoro_elastic.numerics.within.liveness import SIMPLE, Liveness
-from symoro_elastic.numerics.within.results import (
-    NOTHING,
-    EntryError,
-    ErrorBound,
-    Reduction,
-    Reserved,
-    Tolerances,
-    left_out_of,
-)
-from symoro_elastic.numerics.within.search import (
-    NO_CHANGES_ACCEPTED,
-    AcceptedChanges,
-    Accepts,
-    Sample,
-    Search,
-    accept_all,
-)
+from symoro_elastic.numerics.within.results import EntryError, ErrorBound, Reduction, Reserved, Tolerances, left_out_of
+from symoro_elastic.numerics.within.search import NO_CHANGES_ACCEPTED, AcceptedChanges, Accepts, Sample, Search
 from symoro_elastic.numerics.within.states import Bounds, Box, Unseen, unseen
 from symoro_elastic.numerics.within.tape import (
     NO_CHANGES,
@@ -123,7 +108,7 @@ class Task:
         self.candidates = candidates_of(self.tape, self.tape.rows(self._random_states(0, FIRST)))
         if (nodes := required.changing) is not None:
             self.candidates = [change for change in self.candidates if self.tape.nodes[change.place].id in nodes]
-        self._accepts: Accepts = accept_all
+        self._accepts: Accepts = lambda changes: True
         self.shifts: FrequencyShifts | None = None
         if required.frequencies:
             self.shifts = FrequencyShifts(required.frequencies, program, self.tape, self.box, self.seed)
@@ -259,20 +244,18 @@ class Trial:
 
     def apply(self, bound: ErrorBound) -> None:
         """Compute bounds on the errors over the box."""
-        task, bounds = self.task, bound(self.task.program, self.reduced, self._changed_nodes())
+        task, changes = self.task, self.changes
+        nodes = [node.id for node in task.tape.nodes]
+        changed_nodes = ChangedNodes(
+            frozenset((nodes[place], operand) for place, operand in changes.dropped),
+            {nodes[place]: Fraction(constant) for place, constant in changes.frozen.items()},
+            frozenset(nodes[place] for place in changes.straightened),
+        )
+        bounds = bound(task.program, self.reduced, changed_nodes)
         by_place: dict[int, float] = {}
         for output, places in zip(task.program.outputs, task.tape.entries, strict=True):
             by_place |= dict(zip(places, bounds[output.name], strict=True))
         self.bounded = np.array([by_place[place] for place in task.tape.results]) * task.judging
-
-    def _changed_nodes(self) -> ChangedNodes:
-        """The changes by the numbers of nodes."""
-        nodes = self.task.tape.nodes
-        return ChangedNodes(
-            frozenset((nodes[place].id, operand) for place, operand in self.changes.dropped),
-            {nodes[place].id: Fraction(constant) for place, constant in self.changes.frozen.items()},
-            frozenset(nodes[place].id for place in self.changes.straightened),
-        )
 
     def error_bounds(self) -> Array:
         """Return the largest bound on each result's error as a fraction of its tolerance; else its largest error.
@@ -281,8 +264,7 @@ class Trial:
         """
         proven = None if self.bounded is None else np.where(self.task.is_rounding, 0.0, self.bounded)
         bounds = [x for x in (self.unseen, self.confident, proven) if x is not None]
-        largest: Array = np.max(bounds, axis=0)
-        return largest
+        return np.asarray(np.max(bounds, axis=0))
 
     def reduction(self) -> Reduction:
         """Return the result."""
@@ -305,20 +287,13 @@ class Trial:
             yield EntryError(output, index, *values)
 
 
-class Allowed(NamedTuple):
-    """By result: its tolerance, the part of it for omitted terms, and whether the result is zero but for rounding."""
-
-    tolerance: Array
-    left: Array
-    is_rounding: BoolArray
-
-
 def allowed_errors(
-    program: Program, tape: Tape, tolerances: Tolerances, largest: Array, reserved: Reserved = NOTHING
-) -> Allowed:
-    """Return the allowed errors by result, the least where it is several entries, minus the reserved parts.
+    program: Program, tape: Tape, tolerances: Tolerances, largest: Array, reserved: Reserved
+) -> tuple[Array, Array, BoolArray]:
+    """Return by result its tolerance, the part of it for omitted terms, and whether it is zero but for rounding.
 
-    `largest` are the largest values of the results; one that is zero but for rounding may be off by its rounding.
+    A result that is several entries has the least tolerance, of which the `reserved` part is not for terms. `largest`
+    are the largest values of the results; one that is zero but for rounding may be off by its rounding.
     Raises `ValueError` for an output without a tolerance.
     """
     number = {place: k for k, place in enumerate(tape.results)}
@@ -332,7 +307,7 @@ def allowed_errors(
             size, is_rounding[k] = float(largest[k]), entry.is_rounding(float(largest[k]))
             allowed = entry.rounding + part if is_rounding[k] else entry.value * (size if entry.relative else 1.0)
             tolerance[k], left[k] = min(tolerance[k], allowed), min(left[k], max(allowed - part, 0.0))
-    return Allowed(tolerance, left, is_rounding)
+    return tolerance, left, is_rounding
 
 
 def _of_entries(output: Output, tolerances: Tolerances) -> list[Tolerance]:
@@ -402,8 +377,7 @@ def climb(tape: Tape, bounds: Bounds, changes: Changes, states: Array, errors: A
     starts = min(STARTS, states.shape[1])
     worst = np.argpartition(-np.abs(errors), starts - 1, axis=1)[:, :starts]
     climber = _Climber(tape, bounds, changes, np.repeat(weights, starts), np.repeat(np.arange(len(errors)), starts))
-    at = states[:, worst.ravel()]
-    worst_states = climber.climb(at)
+    worst_states = climber.climb(states[:, worst.ravel()])
     return ClimbedStates(worst_states, climber.error, np.abs(climber.error).reshape(len(errors), starts).max(axis=1))
 
 
@@ -458,8 +432,7 @@ class _Climber:
             self._tape.fill(rows, steps, at)
         places = np.tile(self._result, times), np.arange(at.shape[1])
         exact, changed = (self._tape.values(rows)[places] for rows in both)
-        errors: Array = (changed - exact) * np.tile(self._weights, times)
-        return errors
+        return np.asarray((changed - exact) * np.tile(self._weights, times))
 
     def _gradient(self) -> Array:
         """The derivatives of the magnitude of the error (symbols, states)."""
@@ -473,5 +446,4 @@ class _Climber:
                 adjoint = adjoints[place]
                 if adjoint is not None and place not in changes.frozen:
                     gradient[symbol] += adjoint[0] if k else -adjoint[0]
-        finite: Array = np.nan_to_num(gradient)
-        return finite
+        return np.asarray(np.nan_to_num(gradient))

@@ -9,7 +9,8 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.analysis.control.cascade import Cascade, CurrentLoop, cascade_of, current_system
-from symoro_elastic.analysis.control.closed_loop import closed_loop, drive_system
+from symoro_elastic.analysis.control.closed_loop import closed_loop, linear_law
+from symoro_elastic.analysis.control.drive_laws import XD
 from symoro_elastic.analysis.control.loops import influences, largest_Kp, largest_Kv, loops_of
 from tests.analysis.control.test_closed_loops import plant_of
 
@@ -19,10 +20,10 @@ LOOP = CurrentLoop(6.0, 2e-3, 0.5, 1e-3, KT * KT)
 
 def test_the_rate_of_a_current_is_that_of_mujoco() -> None:
     """Its `dcmotor`: 2799.5 A/s at 1 mA, 3 V and 2 rad/s with 0.1 N m/A, 0.5 Ohm, 1 mH."""
-    drive = drive_system(Cascade("m", 0.0, 1.0, np.inf, (LOOP,)))
+    drive = linear_law(Cascade("m", 0.0, 1.0, np.inf, (LOOP,)))
     current, wanted = 1e-3, 1e-3 + 3 / LOOP.kp
     state = np.array([KT * current, 0.0])
-    rate = drive.A @ state + current_system(LOOP).B * KT * wanted - (drive.by_velocity - current_system(LOOP).B) * 2
+    rate = drive.A @ state + current_system(LOOP).B * KT * wanted + (drive.B[:, XD] + current_system(LOOP).B) * 2
     assert rate[0] / KT == pytest.approx(2799.5, rel=1e-12)
 
 

@@ -17,7 +17,7 @@ from symoro_elastic.analysis.ladder.rung import DOUBT, Rung
 from symoro_elastic.analysis.ladder.rungs import Measurement, prediction_of
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, spring_errors
-from symoro_elastic.analysis.simulation.prediction.stability import poles
+from symoro_elastic.analysis.simulation.prediction.step_error import poles
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
-from symoro_elastic.analysis.simulation.prediction.stability import damped_above, largest_stable_step, poles
-from symoro_elastic.analysis.simulation.prediction.step_error import growth
+from symoro_elastic.analysis.simulation.prediction.step_error import damped_above, growth, largest_stable_step, poles
 from symoro_elastic.codegen.integration.tableaus import METHODS, RK4
 from tests.analysis.ladder.motions import moved
 from tests.analysis.ladder.scenes import all_motors, flex4, tuned

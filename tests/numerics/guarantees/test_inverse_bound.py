@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
+from symoro_elastic.numerics.guarantees.inverse_on_cells import allowed_right_sides, largest_solutions, widened
 
 
 def matrices(size: int, radius: float, rng: np.random.Generator, parts: int = 3) -> Interval:

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.flexible.fe_body import FlexibleModes
-from symoro_elastic.analysis.flexible.reduction import modal_body
+from symoro_elastic.analysis.flexible.reduction import FlexibleModes, modal_body
 from symoro_elastic.analysis.flexible.sources import of_mesh
 from symoro_elastic.analysis.vibration.drawn_modes import drawn_modes, mode_pictures
 from symoro_elastic.formats import read_machine

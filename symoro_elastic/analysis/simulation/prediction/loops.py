@@ -58,20 +58,13 @@ def part_names(cascade: Cascade) -> list[str]:
 
 def without_parts(drives: Sequence[Cascade], left_out: Collection[str]) -> tuple[Cascade, ...]:
     """Return the drives in which some parts follow at once."""
-    return tuple(
-        replace(
-            drive, path=tuple(x for x, name in zip(drive.path, part_names(drive), strict=True) if name not in left_out)
-        )
-        for drive in drives
-    )
-
-
-def names_of_states(drives: Sequence[Cascade]) -> tuple[str, ...]:
-    """Return the names of w: a part that may be left out names the first of its states."""
-    return tuple(name for drive in drives for name in _names(drive))
+    pairs = [zip(drive.path, part_names(drive), strict=True) for drive in drives]
+    paths = [tuple(x for x, name in pair if name not in left_out) for pair in pairs]
+    return tuple(replace(drive, path=path) for drive, path in zip(drives, paths, strict=True))
 
 
 def _names(drive: Cascade) -> Iterator[str]:
+    """Yield the names of the states w of a drive: a part that may be left out names the first of its states."""
     controller = len(law_of(replace(drive, path=())).A)
     yield from (f"{drive.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
     ahead, _ = parts_of_path(drive)
@@ -90,7 +83,7 @@ class Loops:
     """The laws of drives along a motion, motors on their set points at times t (N,)."""
 
     def __init__(self, reference: Reference, drives: Sequence[Cascade], t: Array) -> None:
-        self.drives, self.names = tuple(drives), names_of_states(drives)
+        self.drives, self.names = tuple(drives), tuple(name for drive in drives for name in _names(drive))
         self.laws = [law_of(drive) for drive in drives]
         on = replace(reference, drives=self.drives).motion(t)
         x, xd = reference.of_motors(on)
@@ -143,8 +136,7 @@ class Loops:
     def torque_offset(self, motor: int) -> Array:
         """Return the torque (N,) of a drive on its set point with the states of the start, less that of the start."""
         law = self.laws[motor]
-        torque: Array = law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor]
-        return torque
+        return np.asarray(law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor])
 
     def outputs(self, of: Outputs, n: int) -> tuple[Outputs, Array]:
         """Return the rows of outputs with those of torques, and outputs (N, outputs) without a deviation."""

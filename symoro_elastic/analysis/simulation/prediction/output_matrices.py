@@ -69,8 +69,7 @@ class Outputs:
     def of(self, motion: SmallMotion) -> Array:
         """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
         terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)
-        changes: Array = sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms)
-        return changes
+        return np.asarray(sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms))
 
 
 def is_torque(name: str) -> bool:
@@ -146,14 +145,12 @@ def placement_rows(machine: Machine, frames: Sequence[str], states: Three, defle
     variables = np.zeros((len(q), len(names)))
     variables[:, R], variables[:, E] = q, deflections(q, v, a)
     J = numpy_model(free, ("jacobian",), {"jacobian": tuple(frames)}).jacobian(variables)
-    by_q, by_v, by_a = (
-        np.einsum("tfce,ten->tfcn", J[..., E], x)
-        for x in (
-            slopes(lambda q: deflections(q, v, a), q),
-            slopes(lambda v: deflections(q, v, a), v),
-            slopes(lambda a: deflections(q, v, a), a),
-        )
+    of_springs = (
+        slopes(lambda q: deflections(q, v, a), q),
+        slopes(lambda v: deflections(q, v, a), v),
+        slopes(lambda a: deflections(q, v, a), a),
     )
+    by_q, by_v, by_a = (np.einsum("tfce,ten->tfcn", J[..., E], x) for x in of_springs)
     return J[..., R] + by_q, by_v, by_a
 
 

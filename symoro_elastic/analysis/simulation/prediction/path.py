@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from inspect import signature
 from typing import Any
 
@@ -130,11 +130,6 @@ class LinearPath:
     def h(self) -> float:
         """Time between samples, s."""
         return float(self.t[1] - self.t[0])
-
-    @cached_property
-    def prescribed_entries(self) -> tuple[int, ...]:
-        """Entries of q that follow the reference exactly."""
-        return tuple(k for k in range(len(self.joints)) if k not in self.moved)
 
     def names(self, entries: Sequence[int]) -> tuple[str, ...]:
         """Return the names of entries of q."""
@@ -324,10 +319,8 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
         what = "the ladder requires linear springs: leave it out, or use simulate"
         raise motion.given.error(f"joint {motion.given.joint(j).name}, backlash", what)
     for j in motion.given.bristles:
-        what = (
-            "where a motion stops, a bristle yields to one side only: no linear model has it, give creep in its place"
-        )
-        raise motion.given.error(f"friction, {motion.given.joint(j).name}", what)
+        what = "where a motion stops, a bristle yields to one side only: no linear model has it"
+        raise motion.given.error(f"friction, {motion.given.joint(j).name}", f"{what}, give creep in its place")
     refuse_sticking(motion)
     (M,) = motion.matrices("M", start.q, start.qd, start.qdd)
     refuse_singular(motion, M, range(len(start.q)), can_hold=False)
@@ -340,16 +333,15 @@ def refuse_coupled(machine: Machine) -> None:
     variables = {*machine.variables}
     for joint in machine.joints:
         followed = variables & joint.selected.names - {str(joint.variable)}
-        own = next((what for what, is_own in _own_laws(joint).items() if is_own), "")
+        own_laws = {
+            "a variable": joint.variable is not None,
+            "a motor": not joint.rotor_inertia.is_zero or joint.kind is Kind.MOTOR,
+            "friction": joint.friction != Friction(),
+        }
+        own = next((what for what, is_own in own_laws.items() if is_own), "")
         if followed and own:
             what = f"it follows {', '.join(sorted(followed))}, and has {own}, which the ladder does not handle"
             raise machine.error(f"joint {joint.name}", f"{what}: use simulate")
-
-
-def _own_laws(joint: Joint) -> dict[str, bool]:
-    """What a joint that follows others has of its own."""
-    has_motor = not joint.rotor_inertia.is_zero or joint.kind is Kind.MOTOR
-    return {"a variable": joint.variable is not None, "a motor": has_motor, "friction": joint.friction != Friction()}
 
 
 @dataclass(frozen=True)
@@ -371,8 +363,7 @@ class PassedLoad:
 
     def load(self, forces: Array, a: Array) -> Array:
         """Return lambda (N,) by the forces taken without load in friction, and accelerations (N, n)."""
-        load: Array = forces[:, self.k] - self.own - self.rotor * a[:, self.k]
-        return load
+        return np.asarray(forces[:, self.k] - self.own - self.rotor * a[:, self.k])
 
     def add(self, M: Array, D: Array, K: Array, forces: Array, a: Array) -> Array:
         """Add this friction to M, D, K (N, n, n) and to the forces taken (N, n); return its slope by v (N,)."""
@@ -391,13 +382,11 @@ def with_passed_loads(reference: Reference, trajectory: Trajectory) -> Trajector
     machine, order = reference.loaded, np.argsort(reference.machine.motor_entries)
     if not machine.loaded:
         return trajectory
-    arguments = {"qdd_motor": reference.at(trajectory.t)[2], "load": np.zeros((len(trajectory.t), len(machine.loaded)))}
-    arguments["f_ext"], _ = reference.wrenches(trajectory.t)
+    qdd, (f_ext, _) = reference.at(trajectory.t)[2], reference.wrenches(trajectory.t)
+    blocks = {"qdd_motor": qdd, "f_ext": f_ext, "load": np.zeros((len(trajectory.t), len(machine.loaded)))}
     model = numpy_model(machine, ("inverse_dynamics",)).inverse_dynamics
-    tau = model(
-        trajectory.q, trajectory.qd, **{name: x for name, x in arguments.items() if name in signature(model).parameters}
-    )
-    a, forces = (x[:, order] for x in (arguments["qdd_motor"], tau[0] if isinstance(tau, tuple) else tau))
+    tau, *_ = trajectory.with_blocks(**blocks).results(model)
+    a, forces = (x[:, order] for x in (qdd, tau))
     loads = passed_loads(EquationsOfMotion(machine), trajectory.q, trajectory.qd)
     return trajectory.with_blocks(load=np.stack([load.load(forces, a) for load in loads], axis=1))
 
@@ -412,10 +401,8 @@ def _passed_load(motion: EquationsOfMotion, joint: Joint, k: int, q: Array, v: A
     law, spring, v = joint.friction, joint.spring, v[:, k]
     cells = (law.viscous, law.coulomb, law.static, law.creep, law.stribeck, law.load, joint.reflected_inertia)
     viscous, coulomb, static, creep, stribeck, share, rotor = (x.value(motion.parameters) for x in cells)
-    of_spring = (
-        x.value(motion.parameters) * joint.has_spring for x in (spring.stiffness, spring.damping, spring.neutral)
-    )
-    stiffness, damping, neutral = of_spring
+    of_spring = (spring.stiffness, spring.damping, spring.neutral)
+    stiffness, damping, neutral = (x.value(motion.parameters) * joint.has_spring for x in of_spring)
     speed = np.hypot(v, creep)
     sense, rise = v / speed, creep**2 / speed**3
     falls = (static - coulomb) / (1 + (v / stribeck) ** 2) if static else 0.0 * v

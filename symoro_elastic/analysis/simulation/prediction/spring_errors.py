@@ -80,8 +80,7 @@ class Deviations:
         path, reduced = self.path, self.path.driven_by(forces, left_out)
         deflected = self.static_deflections(reduced, [left_out] * forces.shape[1], forces)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + deflected))
-        outputs: Array = np.where(path.outputs.follows, recovered, path.outputs.of(reduced))
-        return outputs
+        return np.asarray(np.where(path.outputs.follows, recovered, path.outputs.of(reduced)))
 
     def static_deflections(
         self, reduced: SmallMotion, sets: Sequence[Collection[int]], forces: Array | None = None
@@ -93,8 +92,7 @@ class Deviations:
             left_out[row, list(chosen)] = 1.0
         terms = ((path.M, reduced.ddd), (path.D, reduced.dd), (path.K, reduced.d))
         load = driving - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in terms)
-        deflections: Array = load * left_out / np.where(path.stiffness, path.stiffness, np.inf)
-        return deflections
+        return np.asarray(load * left_out / np.where(path.stiffness, path.stiffness, np.inf))
 
 
 def spring_errors(paths: Sequence[Deviations], sets: Sequence[Collection[int]]) -> list[Errors]:

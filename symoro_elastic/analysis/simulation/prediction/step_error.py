@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import cached_property, singledispatch
+from functools import cache, cached_property, singledispatch
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from symoro_elastic.codegen.integration.tableaus import (
     WMethod,
     times_of,
 )
-from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray, ComplexArray
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
@@ -56,8 +56,7 @@ class _Rates:
 
     @cached_property
     def _at_zero(self) -> Array:
-        offset: Array = self.rate - (self.slope @ self.reference[..., None])[..., 0]
-        return offset
+        return np.asarray(self.rate - (self.slope @ self.reference[..., None])[..., 0])
 
     def at(self, Y: Array) -> Array:
         """Return f of affine functions."""
@@ -140,8 +139,7 @@ class _Steps:
         if self.around is None:
             return np.zeros_like(Y)
         before, after, apart = self.around
-        change: Array = (self._at(after, Y) - self._at(before, Y)) / apart[:, None, None]
-        return change
+        return np.asarray((self._at(after, Y) - self._at(before, Y)) / apart[:, None, None])
 
 
 @dataclass(frozen=True)
@@ -176,8 +174,7 @@ class StepErrors:
         solution = self._solution
         h = self.path.h / FINE
         value, rate = interpolate(h, (solution.d[:, 0], solution.dd[:, 0], solution.ddd[:, 0]), t)
-        y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
-        return y
+        return np.asarray(self._states(t) + np.concatenate([value, rate], axis=1))
 
     @cached_property
     def _solution(self) -> SmallMotion:
@@ -187,7 +184,7 @@ class StepErrors:
     def _run(self, method: Method, t: Array) -> Array:
         """Return y (N, 2n) of the method."""
         y = [self._states(t[:1])[0]]
-        rounded = in_floats(method)
+        rounded = replace(method, **{field.name: _floats(getattr(method, field.name)) for field in fields(method)})
         for first in range(0, len(t) - 1, BLOCK):
             y.extend(self._steps(rounded, t[first : first + BLOCK + 1]).after(y[-1]))
         return np.array(y)
@@ -195,7 +192,7 @@ class StepErrors:
     def _steps(self, method: Method, t: Array) -> _Steps:
         """Return the steps between times t (N,)."""
         n, h, begins = len(self.path.joints), float(t[1] - t[0]), t[:-1]
-        entries = np.array(self.path.prescribed_entries, dtype=int)
+        entries = np.setdiff1d(np.arange(n), self.path.moved)  # those that follow the reference exactly
         near = [np.clip(begins + sign * SHORTLY * self.path.h, 0.0, self.path.t[-1]) for sign in (-1, 1)]
         return _Steps(
             method,
@@ -307,12 +304,6 @@ def _extrapolation(method: Method, steps: int, errors: Mapping[str, float], exce
     return StepChoice(int(np.ceil(steps * factor)), fewer, is_tried=False)
 
 
-def in_floats(method: Method) -> Method:
-    """Return a method with its coefficients in double precision."""
-    values = {field.name: getattr(method, field.name) for field in fields(method)}
-    return replace(method, **{name: _floats(value) for name, value in values.items()})
-
-
 def _floats(value: Any) -> Any:
     """Return a value with floats for the fractions in it."""
     if isinstance(value, tuple):
@@ -382,3 +373,85 @@ def _sum(weights: Coefficients, terms: list[AnyArray]) -> AnyArray:
     """Return sum_j weights_j terms_j, zero where there are none."""
     parts = [float(weight) * term for weight, term in zip(weights, terms, strict=True) if weight]
     return sum(parts[1:], start=parts[0]) if parts else np.zeros(())
+
+
+ROUNDING = 1e-9
+"""Growth in a step that is due to rounding of a pole, not to instability."""
+GROWING = 1e-6
+"""Real part of a pole, of its magnitude, above which its motion grows by itself."""
+FARTHEST, APART = 15.0, 0.005
+"""Of |lambda h| in the search for a limit: beyond the explicit methods in use."""
+HALVINGS, ANGLES = 40, 721
+PLACES = 40
+"""Positions along a motion at which poles are taken."""
+KEPT = 0.9
+"""Part of its amplitude that a vibration keeps over a period, up to which it counts as damped."""
+SLOWEST, FREQUENCIES = 1e-2, 2000
+"""w h of the slowest vibration that is evaluated, and the number of vibrations up to pi."""
+
+
+def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
+    """Return the poles, rad/s, at places along a motion, with springs (entries of q) left out."""
+    places = np.unique(np.linspace(0, len(path.t) - 1, PLACES).astype(int))
+    rows = np.array([k for k in path.moved if k not in left_out], dtype=int)
+    M, D, K = (x[places][:, rows[:, None], rows] for x in (path.M, path.D, path.K))
+    r = len(rows)
+    system = np.zeros((len(places), 2 * r, 2 * r))
+    system[:, :r, r:] = np.eye(r)
+    system[:, r:] = -np.linalg.solve(M, np.concatenate([K, D], axis=2))
+    return np.asarray(np.linalg.eigvals(system).astype(complex).ravel())
+
+
+def largest_stable_step(method: Method, of: ComplexArray) -> float:
+    """Return the largest step, s, up to which no motion with poles `of` (rad/s) grows; may be infinite.
+
+    Poles of motions that grow by themselves, such as that of a pendulum upside down, set no limit.
+    """
+    speeds = np.abs(of)
+    directions = of / np.where(speeds, speeds, 1.0)
+    counted = (speeds > ROUNDING * speeds.max(initial=0.0)) & (directions.real <= GROWING)
+    if not counted.any():
+        return np.inf
+    chosen = directions[counted]
+    angles, reach = _boundary(method)
+    towards = np.angle(np.minimum(chosen.real, 0.0) + 1j * np.abs(chosen.imag))
+    return float(np.min(np.interp(towards, angles, reach) / speeds[counted]))
+
+
+@cache
+def _boundary(method: Method) -> tuple[Array, Array]:
+    """Return angles of z in the upper left quadrant, and by angle how far |R(z)| <= 1 holds."""
+    angles = np.linspace(np.pi / 2, np.pi, ANGLES)
+    return angles, _reach(method, np.minimum(np.cos(angles), 0.0) + 1j * np.sin(angles))
+
+
+def _reach(method: Method, directions: ComplexArray) -> Array:
+    """Return by direction the largest |z| up to which |R(z)| <= 1; infinite beyond the search."""
+    radii = np.arange(APART, FARTHEST, APART)
+    stable = _stable(method, directions[:, None] * radii)
+    first = np.argmin(stable, axis=1)
+    high = radii[first]
+    low = high - APART
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        is_stable = _stable(method, directions * middle)
+        low, high = np.where(is_stable, middle, low), np.where(is_stable, high, middle)
+    return np.where(stable.all(axis=1), np.inf, low)
+
+
+def _stable(method: Method, z: ComplexArray) -> BoolArray:
+    return np.asarray(np.abs(growth(method, z)) <= 1 + ROUNDING)
+
+
+def damped_above(method: Method, h: float) -> float | None:
+    """Return the frequency, Hz, above which vibrations are damped by steps h: by a tenth in a period, or faster.
+
+    Vibrations of less than two steps a period are not followed at all. None where such steps damp none: they keep
+    the energy, or make it grow.
+    """
+    wh = np.geomspace(SLOWEST, np.pi, FREQUENCIES)
+    gain = np.abs(growth(method, 1j * wh))
+    if not gain[-1] < 1 - ROUNDING:
+        return None
+    damped = gain ** (2 * np.pi / wh) <= KEPT
+    return float(wh[int(np.argmax(damped)) if damped.any() else -1] / (2 * np.pi * h))
