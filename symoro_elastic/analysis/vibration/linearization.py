@@ -27,7 +27,6 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.mechanics.coordinates import product
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.independent_joints import line_on_undetermined
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -364,7 +363,7 @@ def _velocities(linear: Linearization) -> list[Scalar]:
     motion = linear.motion
     signals = (*inputs(motion.given, linear.inputs), *outputs(motion.given, linear.outputs))
     return [root_of(motion, s, at_rest=True) for s in signals] + [
-        _motor_rate(motion, m) for m in range(len(linear.motors))
+        motion.bound.rate(motion.machine.motors[m]) for m in range(len(linear.motors))
     ]
 
 
@@ -376,12 +375,6 @@ def _row_slopes(linear: Linearization, slopes: Array) -> tuple[Array, Array, Arr
     for o, s in enumerate(outs):
         C[s.order, :, o] = slopes[:, ins + o]
     return slopes[:, :ins].transpose(0, 2, 1), C, slopes[:, ins + len(outs) :]
-
-
-def _motor_rate(motion: EquationsOfMotion, m: int) -> Scalar:
-    """Return the expression of the rate of a motor."""
-    j, coordinates = motion.machine.motors[m], motion.bound.coordinates
-    return product(coordinates.S_x[j] if j in motion.machine.with_variable else coordinates.S[j], motion.bound.qd)
 
 
 def response_slopes(slopes: LinearSlopes, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray]:

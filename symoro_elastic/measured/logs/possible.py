@@ -18,6 +18,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.machine.joints import INERTIAL
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
 from symoro_elastic.measured.fitting.evidence import information_root
@@ -25,7 +26,6 @@ from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
 from symoro_elastic.measured.logs.regression import RegressorColumn
 from symoro_elastic.measured.logs.sensors import OFFSET
-from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.linear.independence import IndependentColumns
 
 LEAST_LAM = 1e-6  # of constraints alone
