@@ -39,12 +39,11 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     zero.
     """
     from symoro_elastic.api import measured
-    from symoro_elastic.measured.logs.trajectory import save
 
     of_file = read(machine)
     with progress_bar("search") as progress:
         excited = call(measured.excite, of_file, options, progress=progress)
-    save(excited, out)
+    excited.save(out)
     print_result(excited, as_json, out)
     plots.write(excited.plots)
 
@@ -96,7 +95,6 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
     """
     from symoro_elastic.api import measured
     from symoro_elastic.foundation.results import plain
-    from symoro_elastic.measured.vibration_tests.views import next_table
 
     of_file = read(machine)
     with steps() as step:
@@ -109,5 +107,5 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
             say(f"warning: {line}")
     print_result(updated, as_json, save, **({"next_tests": plain(candidates)} if is_next else {}))
     if is_next and not as_json:
-        print_parts([next_table(candidates, updated.machine.name)])
+        print_parts([updated.table_of_next(candidates)])
     plots.write(updated.plots)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -71,7 +71,7 @@ def print_table(table: Table) -> None:
         console.print(part)
 
 
-def print_parts(parts: Sequence[Part]) -> None:
+def print_parts(parts: Iterable[Part]) -> None:
     """Print sentences and tables, in their order."""
     for part in parts:
         if isinstance(part, str):
