@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Sequence
 
 from symoro_elastic.analysis.time_series.measurements import NAMED_COLUMNS
@@ -11,8 +12,11 @@ from symoro_elastic.formats.robots.standard_dh import COLUMNS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
 from symoro_elastic.formats.toml.motion_keys import OF_MOTION
+from symoro_elastic.formats.toml.schema import SCHEMAS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
+from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.formula import FUNCTIONS, PI
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.quantities.unit_reader import CUSTOMARY, PREFIXES, SI
 
 URDF = """## Robots in URDF (`.urdf`)
@@ -340,3 +344,9 @@ def distal_columns() -> Iterator[Sequence[str]]:
     """Rows of the columns of distal tables."""
     for column in COLUMNS:
         yield f"`{column.name}`", column.unit, column.default, column.meaning, f"`{column.example}`"
+
+
+def schema(kind: str) -> str:
+    """Return the JSON Schema of a kind of TOML files (machine, scene, tests); raises `InputError` for others."""
+    among((kind,), [*SCHEMAS], "FILE")
+    return json.dumps(SCHEMAS[kind](MODELS), indent=2) + "\n"
