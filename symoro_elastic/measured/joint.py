@@ -23,12 +23,12 @@ from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
-from symoro_elastic.measured.logs.regression import RegressorColumn, nominal_body
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.vibration_tests.measured import VibrationTests
 from symoro_elastic.measured.vibration_tests.unknowns import positive_inertias
 from symoro_elastic.measured.vibration_tests.updated import Settings, Updated, update
 from symoro_elastic.numerics.linear.independence import IndependentColumns
+from symoro_elastic.numerics.linear.regressor import RegressorColumn, nominal_body
 
 OF_TESTS = frozenset({"M", "XX", "YY", "ZZ", "IA", "FV", "K", "DA"})
 """Quantities of a log that are functions of the unknowns of vibration tests."""

@@ -28,7 +28,7 @@ from symoro_elastic.measured.logs.filtering import (
 )
 from symoro_elastic.measured.logs.noise import masked_correlation
 from symoro_elastic.measured.logs.possible import Linear
-from symoro_elastic.measured.logs.regression import Regressor
+from symoro_elastic.numerics.linear.regressor import Regressor
 
 PIECE = 4000  # samples evaluated at a time at most
 ENTRIES = 5_000_000  # entries of Y evaluated at a time, about

@@ -25,7 +25,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Unknown
 from symoro_elastic.measured.logs.estimation import independent_solution
 from symoro_elastic.measured.logs.possible import Linear
-from symoro_elastic.measured.logs.regression import Regressor
+from symoro_elastic.numerics.linear.regressor import Regressor
 
 LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
 COSINE, SINE = "CC", "CS"

@@ -19,11 +19,11 @@ from symoro_elastic.measured.fitting.estimates import Estimate
 from symoro_elastic.measured.logs.estimation import POSITIVE
 from symoro_elastic.measured.logs.friction_laws import COSINE, LOAD, SINE, STATIC
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import RegressorColumn
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.sensors import DELAY, OFFSET, shows
 from symoro_elastic.measured.logs.validation import Fit
 from symoro_elastic.measured.vibration_tests.updated import Updated
+from symoro_elastic.numerics.linear.regressor import RegressorColumn
 
 MOST_LOAD = 0.9  # share of the load above which a joint locks itself
 RowValues = Mapping[tuple[int, str], float]

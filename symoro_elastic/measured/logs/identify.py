@@ -46,14 +46,6 @@ from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlatio
 from symoro_elastic.measured.logs.outliers import outliers_of, said_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
-from symoro_elastic.measured.logs.regression import (
-    Regressor,
-    RegressorColumn,
-    others_than,
-    refuse_unknown_labels,
-    regressor,
-    zero_entries,
-)
 from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
@@ -66,6 +58,14 @@ from symoro_elastic.measured.logs.sensors import (
     sought_sensors,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
+from symoro_elastic.numerics.linear.regressor import (
+    Regressor,
+    RegressorColumn,
+    others_than,
+    refuse_unknown_labels,
+    regressor,
+    zero_entries,
+)
 from symoro_elastic.numerics.motion.independent_joints import moved_by
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1

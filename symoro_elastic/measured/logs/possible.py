@@ -24,9 +24,9 @@ from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict
 from symoro_elastic.measured.fitting.evidence import information_root
 from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
-from symoro_elastic.measured.logs.regression import RegressorColumn
 from symoro_elastic.measured.logs.sensors import OFFSET
 from symoro_elastic.numerics.linear.independence import IndependentColumns
+from symoro_elastic.numerics.linear.regressor import RegressorColumn
 
 LEAST_LAM = 1e-6  # of constraints alone
 GUESSED_LAM = 0.25  # most for values that the file does not give: trust 1
