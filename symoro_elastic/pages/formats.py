@@ -304,7 +304,7 @@ def _section(section: Section) -> list[str]:
             f"`{key.name}`",
             key.type.title,
             key.unit,
-            "must be given" if key.is_required else key.otherwise,
+            "must be given" if key.is_required else key.default_in_words,
             key.meaning,
             key.example and f"`{key.example}`",
         )

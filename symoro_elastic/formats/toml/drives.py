@@ -41,7 +41,7 @@ def _gain(table: Table, key: str) -> Gain:
 
 GAIN = Type(f'number, formula, or "{TUNED}"', {"anyOf": [{"const": str(TUNED)}, reference_to("formula")]}, _gain)
 LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
-    Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, otherwise="0", unit="s"),
+    Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, unit="s"),
     Key(
         "kp",
         FORMULA,
@@ -51,7 +51,7 @@ LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
         unit="V/A",
     ),
     Key("ti", FORMULA, "integral time of the current controller", "2e-3", otherwise="needed with kp", unit="s"),
-    Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO, otherwise="0"),
+    Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO),
 )
 CURRENT = Section(
     "current of [drives]",
@@ -64,17 +64,15 @@ FEED_FORWARD = Section(
     "Shares of the set point's rates that are fed forward; the torque of the inverse model, with springs as they are "
     "at the start.",
     (
-        Key("velocity", FORMULA, "share of the velocity", "1", default=ONE, otherwise="1"),
+        Key("velocity", FORMULA, "share of the velocity", "1", default=ONE),
         Key(
             *("acceleration", FORMULA, "torque by the acceleration: the inertia that the motor moves", "0.02"),
             default=ZERO,
-            otherwise="0",
             unit="kg m2 or kg",
         ),
         Key(
             *("torque", TRUTH, "whether the torque of the inverse model along all set points is fed forward", "true"),
             default=False,
-            otherwise="false",
         ),
     ),
 )
@@ -85,7 +83,7 @@ NOTCH, DEPTH, WIDTH = (
 )
 LOWPASS, ORDER = (
     Key("lowpass", FORMULA, "frequency of a low-pass filter", "400", otherwise="none", unit="Hz"),
-    Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1, otherwise="1"),
+    Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1),
 )
 FILTERS = Section(
     "filters of [drives]",
@@ -120,9 +118,7 @@ KV, KP, TN = (
     Key("Tn", GAIN, "integral time of the velocity controller", "0.02", otherwise="no integral part", unit="s"),
 )
 MEASURED, DEAD_TIME, PERIOD = (
-    Key(
-        "measured", TEXT, "signal that the position controller reads", '"ram.q"', default=MOTOR, otherwise=f'"{MOTOR}"'
-    ),
+    Key("measured", TEXT, "signal that the position controller reads", '"ram.q"', default=MOTOR),
     Key("dead_time", FORMULA, "time after which torque follows", "1.5e-4", otherwise="the period, else 0", unit="s"),
     Key("period", FORMULA, "period of a sampled controller", "1.25e-4", otherwise="continuous", unit="s"),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -64,7 +65,7 @@ class Type:
 class Key:
     """A key: its default, None for a required key or one whose default the reader computes.
 
-    `otherwise` says that value in words, `example` is a value as TOML writes it.
+    `otherwise` says that value in words where these are others than the value, `example` is one as TOML writes it.
     """
 
     name: str
@@ -79,6 +80,15 @@ class Key:
     def is_required(self) -> bool:
         """Whether a file must give it."""
         return self.default is None and not self.otherwise
+
+    @property
+    def default_in_words(self) -> str:
+        """Its default as TOML writes it, or in words; empty for a required key."""
+        if self.otherwise or self.default in (None, ""):
+            return self.otherwise
+        if isinstance(self.default, str | bool):
+            return json.dumps(self.default)
+        return str(self.default or ("none" if self.default in ((), {}) else 0))
 
     def read(self, table: Table, default: Any = None) -> Any:
         """The value in a table, or the default; raises `InputError` for a missing one, or another type."""
@@ -142,7 +152,7 @@ class Section:
 
 def schema_of(key: Key) -> Schema:
     """Return the schema of a key."""
-    notes = [key.unit, key.otherwise and f"default {key.otherwise}"]
+    notes = [key.unit, key.default_in_words and f"default {key.default_in_words}"]
     details = "; ".join(note for note in notes if note)
     return {**key.type.schema, "description": f"{key.meaning} ({details})" if details else key.meaning}
 

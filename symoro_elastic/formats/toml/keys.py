@@ -254,7 +254,6 @@ CLOSES = Key(
     *("closes", one_of(tuple(Closing)), "what of the two frames meets: all of it, or its origin (a ball joint)"),
     '"point"',
     default=Closing.FRAME.value,
-    otherwise='"frame"',
 )
 DEPENDENT = Key(
     *("dependent", keys.TEXTS, "joints whose variables follow from the others of the loop, by name or variable"),
@@ -347,7 +346,6 @@ KNOWN = Key(
     *("known", one_of(tuple(KnownOfBase)), "known quantity of a floating base: the wrench on it, or its acceleration"),
     '"wrench"',
     default=KnownOfBase.WRENCH.value,
-    otherwise='"wrench"',
 )
 OF_BASE = Key(
     *("body", Section("", "", OF_BODY, rules=BODY.rules).type, "the body of a floating base, as in [bodies]"),
@@ -384,7 +382,6 @@ SCENE = Section(
             "joints that are held, and the value of their variable; their springs act on nothing",
             '{ elbow = "pi/2" }',
             default={},
-            otherwise="none",
             unit="rad or m",
         ),
         Key(
@@ -393,7 +390,6 @@ SCENE = Section(
             "given; their deflections follow from the reactions there, `static_deflections`",
             '["wrist"]',
             default={},
-            otherwise="none",
             unit="rad or m",
         ),
         Key(
@@ -401,7 +397,6 @@ SCENE = Section(
             "whether springs in series with massless bodies between become one",
             "true",
             default=False,
-            otherwise="false",
         ),
         Key(
             *("zero", keys.TEXTS),
@@ -410,27 +405,18 @@ SCENE = Section(
             "`elbow.center_of_mass.x`, `elbow.XX`",
             '["elbow.mass"]',
             default=(),
-            otherwise="none",
         ),
         Key(
             *("forces", keys.TEXTS),
             "frames with wrenches as arguments of models and steps, in axes of frame 0",
             '["tool"]',
             default=(),
-            otherwise="none",
         ),
+        Key(*("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'), default=()),
         Key(
-            *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
-            default=(),
-            otherwise="none",
+            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"), '["w3"]', default=()
         ),
-        Key(
-            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"),
-            '["w3"]',
-            default=(),
-            otherwise="none",
-        ),
-        Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True, otherwise="true"),
+        Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True),
         *TOLERANCES_OF_SCENE,
     ),
 )
@@ -440,7 +426,7 @@ FILE_NAME = Key(
     *("name", keys.NAMED, "name of the machine: of the folder and of the functions in C", '"arm"'),
     otherwise="the name of the file",
 )
-NOTES = Key("notes", keys.TEXTS, "remarks", '["masses are estimates"]', default=(), otherwise="none")
+NOTES = Key("notes", keys.TEXTS, "remarks", '["masses are estimates"]', default=())
 PARAMETERS = Key(
     "parameters",
     Type(
@@ -456,7 +442,6 @@ EXTRAS = Key(
     *("extras", keys.TABLE_OF_TEXTS, "Entries of another format that no model uses, kept for writing it."),
     '{ Type = "0" }',
     default={},
-    otherwise="none",
 )
 
 

@@ -442,7 +442,7 @@ def _comments(section: Section) -> Iterator[str]:
     yield from _wrap(section.meaning, "# ")
     for key in section.keys:
         unit = f" ({key.unit})" if key.unit else ""
-        otherwise = f"; where left out: {key.otherwise}" if key.otherwise else ""
+        otherwise = f"; where left out: {key.default_in_words}" if key.default_in_words else ""
         yield from _wrap(f"{key.name}: {key.meaning.removesuffix('.')}{unit}{otherwise}", "#   ")
 
 

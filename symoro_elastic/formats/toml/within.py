@@ -52,14 +52,12 @@ KEEP = Key(
     "or parameters only; with the last two the inertia matrix stays symmetric and the machine passive",
     '"parameters"',
     default=Keep.TERMS.value,
-    otherwise=f'"{Keep.TERMS}"',
 )
 GUARANTEED = Key(
     *("guaranteed", one_of(GUARANTEES)),
     "kind of guarantee: a bound at unseen states with 95 % confidence, or a proof for the whole box",
     '"proven"',
     default=Evidence.CONFIDENT.value,
-    otherwise=f'"{Evidence.CONFIDENT}"',
 )
 
 TOLERANCES_OF_SCENE = (WITHIN, KEEP, GUARANTEED)

@@ -58,7 +58,6 @@ STIFFENING = Key(
     *("stiffening", keys.TRUTH, "whether tension stiffens the body of a file from a mesh, and pressure weakens it"),
     "true",
     default=False,
-    otherwise="false",
 )
 MODES = Key(
     *("modes", keys.TEXTS, "elastic rows on the body that are its modes, in place of a file", '["bed_e1", "bed_e2"]'),
