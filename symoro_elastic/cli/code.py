@@ -13,7 +13,7 @@ from symoro_elastic.api.options import Certifying, Checking, Generating, Reading
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, call, takes, writes
 from symoro_elastic.cli.output import echo, print_result, progress_bar, staged_progress, steps, write_text
-from symoro_elastic.cli.reading import note, read, scene_of, warn
+from symoro_elastic.cli.reading import note, read, read_for, scene_of, warn
 from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 
@@ -117,8 +117,7 @@ def _check_by_itself(machine: str, options: Certifying, reading: Reading, as_jso
     """Print what `check --self` finds."""
     from symoro_elastic.api import models as api
 
-    full_machine = read(machine, reading)
-    scene_of(full_machine, options)
+    full_machine = read_for(options, machine, reading)
     with progress_bar("verify") as progress:
         checked = api.check_by_itself(full_machine, replace(part(Checking, options), progress=progress))
     print_result(checked, as_json)

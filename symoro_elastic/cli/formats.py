@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from symoro_elastic.api.rows import schema_names, start_names
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
 from symoro_elastic.cli.output import echo, write_text
@@ -43,12 +44,6 @@ def _example(_context: click.Context, option: click.Parameter, name: str | None)
     return names[among((name,), names, option.opts[0])[0]]
 
 
-def _kinds() -> list[str]:
-    from symoro_elastic.formats.toml.starting import STARTS
-
-    return [*STARTS]
-
-
 @command("new")
 @click.argument("name", metavar="[NAME]", type=NewFile(), required=False)
 @click.option(
@@ -64,7 +59,7 @@ def _kinds() -> list[str]:
 @click.option(
     "--kind",
     metavar="NAME",
-    shell_complete=completed_from(_kinds),
+    shell_complete=completed_from(start_names),
     help="Machine to start from: arm (default), cartesian, delta (three limbs, closed loops), elastic (a drive with a "
     "spring), floating (a flying base), gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball "
     "screws), scara.",
@@ -111,14 +106,8 @@ def formats(out: str | None) -> None:
     _print_or_write(formats_page(), out)
 
 
-def _schemas() -> list[str]:
-    from symoro_elastic.formats.toml.schema import SCHEMAS
-
-    return [*SCHEMAS]
-
-
 @command("schema")
-@click.argument("file", metavar="[machine|scene|tests]", default="machine", shell_complete=completed_from(_schemas))
+@click.argument("file", metavar="[machine|scene|tests]", default="machine", shell_complete=completed_from(schema_names))
 @_out(*SCHEMAS)
 @writes
 def schema(file: str, out: str | None) -> None:

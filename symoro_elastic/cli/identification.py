@@ -23,6 +23,10 @@ from symoro_elastic.cli.output import print_parts, print_result, progress_bar, s
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
 
+SAVED = click.option(
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
+)
+
 
 @command("excite")
 @MACHINE
@@ -52,9 +56,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 @MACHINE
 @click.argument("records", metavar="DATA...", nargs=-1, required=True, type=InputFile())
 @takes(Identifying)
-@click.option(
-    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
-)
+@SAVED
 @draws
 @writes
 @JSON
@@ -81,9 +83,7 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
 @MACHINE
 @click.argument("tests", metavar="TESTS", type=InputFile())
 @takes(Updating)
-@click.option(
-    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
-)
+@SAVED
 @click.option("--next", "is_next", is_flag=True, help="Say which test to make next, and what it would tell.")
 @draws
 @writes

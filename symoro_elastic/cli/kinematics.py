@@ -20,7 +20,6 @@ def singularities(machine: str, options: Locating, as_json: bool) -> None:
     """
     from symoro_elastic.api import kinematics
 
-    with steps() as step:
-        step("factor")
+    with steps("factor"):
         result = call(kinematics.singularities, read(machine), options)
     print_result(result, as_json)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -10,7 +10,7 @@ import click
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, in_si_units, option
 from symoro_elastic.api.options import Drawing, Reading
-from symoro_elastic.api.rows import WRITABLE
+from symoro_elastic.api.rows import WRITABLE, left_out_names
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, OutputMachine, takes, writes
 from symoro_elastic.cli.output import echo, line_width, print_json, print_parts, say
@@ -70,18 +70,12 @@ def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: 
     echo(f"wrote {path}", err=as_json)
 
 
-def _parts() -> Iterable[str]:
-    from symoro_elastic.machine.left_out_parts import PARTS
-
-    return PARTS
-
-
 class Dropping(Options):
     """What is left out of the machine that is written."""
 
     drop: Sequence[str] = option(
         (), "PARTS", "Leave out parts that URDF or MJCF has not: {names}; without springs elastic joints are fixed "
-        "where these are neutral, without loops joints without motors are driven.", kinds.WORDS, names=_parts,
+        "where these are neutral, without loops joints without motors are driven.", kinds.WORDS, names=left_out_names,
     )  # fmt: skip
 
 

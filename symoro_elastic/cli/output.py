@@ -141,14 +141,14 @@ def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def steps() -> Iterator[Callable[[str], None]]:
+def steps(first: str = "read") -> Iterator[Callable[[str], None]]:
     """Show the current step on a terminal's stderr, and nothing elsewhere."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("read") as status:
+    with Console(stderr=True).status(first) as status:
         yield lambda stage: status.update(_plain(stage))
 
 

@@ -39,6 +39,13 @@ def scene_of(machine: DescribedMachine, options: Requested | SceneLike = None) -
     return scene_for(machine, requested, note=note)
 
 
+def read_for(scene: Requested | SceneLike, path: str, reading: Reading = AS_WRITTEN) -> DescribedMachine:
+    """Return the machine of a file, as `read` does; notes about this scene of it are printed, too."""
+    machine = read(path, reading)
+    scene_of(machine, scene)
+    return machine
+
+
 def note(line: str) -> None:
     """Print a note on stderr."""
     say(f"note: {line}")

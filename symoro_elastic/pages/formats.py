@@ -282,7 +282,7 @@ def formats_page() -> str:
     ]
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
-    blocks += [*_robot_blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
+    blocks += [URDF, MJCF, DISTAL, _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
     blocks += [SERIES, _table(COLUMN, _columns()), "## Vibration tests (`.toml`)", *_section(TESTS)]
     blocks += [TESTS_AND_FILES, _table(COLUMN, TEST_COLUMNS)]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
@@ -333,13 +333,6 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 # The part of the reference of file formats that is about robots as links and joints, and about distal tables.
-def _robot_blocks() -> Iterator[str]:
-    """The sections on URDF, on MJCF and on distal tables."""
-    yield URDF
-    yield MJCF
-    yield DISTAL
-
-
 def distal_columns() -> Iterator[Sequence[str]]:
     """Rows of the columns of distal tables."""
     for column in COLUMNS:

@@ -47,10 +47,6 @@ class Counts:
         """Number of rows, NF = NJ + B."""
         return self.joints + self.loops
 
-    def is_cut(self, j: int) -> bool:
-        """Whether row j is a cut joint."""
-        return self.bodies < j <= self.joints
-
     def is_end(self, j: int) -> bool:
         """Whether row j is the frame that a cut joint meets."""
         return j > self.joints
@@ -163,7 +159,7 @@ class Columns:
     def kind(self, j: int) -> Kind:
         """Kind of a joint by its row, sigma, eta and mu; a joint without motor and spring is passive, or coupled."""
         fixed = self.whole("sigma", j, 0) == 2
-        if self.counts.is_cut(j):
+        if self.counts.bodies < j <= self.counts.joints:
             return self._cut(j)
         if self.counts.is_end(j) and not fixed:
             raise InputError(self.source, self.place(j, "sigma"), self._no_end(j))

@@ -84,10 +84,6 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
     return replace(table, units=unit).cell(value, key), unit
 
 
-def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
-    return ALL if table.entries[key] == ALL else table.texts(key)
-
-
 def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
     """Joints with the position of each, None for a list of names only."""
     if isinstance(table.entries[key], dict):
@@ -114,7 +110,11 @@ PARAMETER = Type(
 JOINT_OR_ROW = Type(
     "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, reference_to("name")]}, _joint_or_row
 )
-ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, reference_to("names")]}, _all_or_texts)
+ALL_OR_TEXTS = Type(
+    'list of texts, or "all"',
+    {"anyOf": [{"const": ALL}, reference_to("names")]},
+    lambda table, key: ALL if table.entries[key] == ALL else table.texts(key),
+)
 NAMES_OR_POSITIONS = Type(
     "list of texts, or table of numbers or formulas",
     {"anyOf": [reference_to("names"), keys.FORMULAS.schema]},

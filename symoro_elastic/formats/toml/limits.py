@@ -150,12 +150,6 @@ def _absolute(tolerance: float | str, value: float) -> float:
 # Writing
 
 
-def entries_of_limits(limits: JointLimits) -> list[tuple[str, str]]:
-    """The entries of a joint, as TOML writes them: one number where the range is the same both ways."""
-    ranges = ((name, getattr(limits, name)) for name in LIMITED)
-    return [(name, _written(interval, name == LIMITED[0])) for name, interval in ranges if interval is not None]
-
-
 def _written(interval: Range, both: bool) -> str:
     if interval.is_symmetric and not both:
         return _number(interval.high)
@@ -181,5 +175,8 @@ def _ranges(value: float, tolerance: float, tolerated: Range) -> bool:
 
 
 def limits_by_joint(limits: Limits) -> Mapping[str, list[tuple[str, str]]]:
-    """The entries of all joints by name."""
-    return {name: entries_of_limits(limit) for name, limit in limits.joints.items()}
+    """The entries of joints by name, as TOML writes them: one number where the range is the same both ways."""
+    return {
+        name: [(key, _written(x, key == LIMITED[0])) for key in LIMITED if (x := getattr(limit, key)) is not None]
+        for name, limit in limits.joints.items()
+    }

@@ -190,13 +190,8 @@ def _of_shape(entry: Table, key: Key, m: int) -> Array:
 
 def entry_of_body(body: FlexibleBody) -> list[tuple[str, str]]:
     """The entry of a body, as TOML writes it."""
-    modes = f"[{', '.join(map(quote_text, body.modes))}]"
-    return [(MODES.name, modes), *((key, _written(getattr(body, key))) for key in SHAPES)]
-
-
-def quote_text(text: str) -> str:
-    """A name as TOML writes it."""
-    return f'"{text}"'
+    modes = ", ".join(f'"{name}"' for name in body.modes)
+    return [(MODES.name, f"[{modes}]"), *((key, _written(getattr(body, key))) for key in SHAPES)]
 
 
 def _written(value: Any) -> str:
