@@ -243,12 +243,8 @@ def outputs_model(outputs: Sequence[Output], bound: Bound) -> tuple[Model, dict[
     )
     arguments = ("q", "qd") if bound.machine.is_coupled else ("q",)
     results = {Y: Result(None, tuple(output.value for output in outputs), (len(outputs),))}
-    model = Model(OUTPUTS, "outputs of the FMU", "[1], [9]", arguments, (Y,), _not_in_catalogue, own=(row,))
+    model = Model(OUTPUTS, "outputs of the FMU", "[1], [9]", arguments, (Y,), own=(row,))
     return model, results
-
-
-def _not_in_catalogue(_: Bound, __: object) -> dict[str, Result]:
-    raise NotImplementedError("bound by outputs_model")
 
 
 def _dependent_joints(bound: Bound) -> Iterator[Output]:

@@ -32,7 +32,6 @@ from symoro_elastic.symbolic.functions import amount, clamp, cosine_sine, square
 from symoro_elastic.symbolic.program import Section
 
 CONTROL, START = "control", "control_start"
-FAMILY = "controllers"
 WHOLE = 1e-6
 """Relative deviation of a time from an integer number of periods that counts as rounding."""
 MOST_SAMPLES = 4096
@@ -285,7 +284,6 @@ CONTROLLERS = (
         (*GIVEN, "zc"),
         ("u", "zc_next"),
         _control,
-        FAMILY,
         Parts.WHOLE,
         own_arguments=_arguments,
     ),
@@ -296,7 +294,6 @@ CONTROLLERS = (
         ("r", "rd", "rdd", "tau"),
         ("zc",),
         _start,
-        FAMILY,
         Parts.WHOLE,
     ),
 )

@@ -286,7 +286,6 @@ def _component_list(bound: Bound, task: Task) -> str:
     return ", ".join(_requests(bound, task))
 
 
-FAMILY = "inverse kinematics"
 _EQUATIONS = "(Khalil and Dombre 2002, 6.2-6.7)"
 _AXES = "in axes of frame 0, or of the frame it is asked in"
 _SHAPE = "components"
@@ -314,7 +313,6 @@ INVERSE_KINEMATIC = (
         ("q",),
         ("detJ",),
         _jacobian_determinant,
-        FAMILY,
         Parts.COMPONENTS,
         on_base=(),
     ),
@@ -325,7 +323,6 @@ INVERSE_KINEMATIC = (
         ("q",),
         ("Jinv",),
         _inverse_jacobian,
-        FAMILY,
         Parts.COMPONENTS,
         on_base=(),
     ),
@@ -336,7 +333,6 @@ INVERSE_KINEMATIC = (
         ("q", "V"),
         ("qd",),
         _inverse_velocity_model,
-        FAMILY,
         Parts.COMPONENTS,
         own=(_of_movers("qd"), _wanted_row("V", f"{_VELOCITIES} of components of the frame")),
         own_rows=_rows_of("V", _VELOCITIES),
@@ -350,7 +346,6 @@ INVERSE_KINEMATIC = (
         ("q", "qd", "Vd"),
         ("qdd",),
         _inverse_acceleration_model,
-        FAMILY,
         Parts.COMPONENTS,
         own=(_of_movers("qdd"), _wanted_row("Vd", f"{_ACCELERATIONS} of components of the frame")),
         own_rows=_rows_of("Vd", _ACCELERATIONS),

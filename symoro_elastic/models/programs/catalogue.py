@@ -36,19 +36,21 @@ from symoro_elastic.symbolic.program import Input, Pruned
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-FAMILIES = (
-    DYNAMIC,
-    DERIVATIVES,
-    FEED_FORWARD,
-    GEOMETRIC,
-    INVERSE_GEOMETRIC,
-    INVERSE_KINEMATIC,
-    IDENTIFICATION,
-    CLOSED_CHAINS,
-    STATIC_SPRINGS,
-    CONTROLLERS,
-)
-MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
+FAMILIES = {
+    "dynamics": DYNAMIC,
+    "derivatives": DERIVATIVES,
+    "feed-forward": FEED_FORWARD,
+    "geometry and kinematics": GEOMETRIC,
+    "inverse geometry": INVERSE_GEOMETRIC,
+    "inverse kinematics": INVERSE_KINEMATIC,
+    "identification": IDENTIFICATION,
+    "closed chains": CLOSED_CHAINS,
+    "static springs": STATIC_SPRINGS,
+    "controllers": CONTROLLERS,
+}
+MODELS: dict[str, Model] = {
+    model.name: replace(model, family=family) for family, models in FAMILIES.items() for model in models
+}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 KINEMATIC_MODELS = ("geometric_model", "jacobian")
 """Default models of machines without mass."""
