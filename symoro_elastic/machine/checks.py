@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 
+from symoro_elastic.foundation.errors import refusing
 from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.flexible_faults import flexible_faults
@@ -91,10 +92,8 @@ def parameter_values(machine: Machine) -> dict[str, float]:
         if parameter.value.names:
             what = f"{quote(parameter.value)} holds names: a value is a number, or a formula of numbers"
             raise machine.error(f"parameters, {parameter.name}", what)
-        try:
+        with refusing(machine.label, f"parameters, {parameter.name}"):
             values[parameter.name] = parameter.value.table_value()
-        except FormulaError as error:
-            raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
 
 

@@ -8,10 +8,10 @@ from dataclasses import fields, replace
 from operator import mul
 from typing import TypeVar
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.described import Wanted
-from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import FrameNames, row_under
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -90,10 +90,8 @@ def _frames(texts: Iterable[str], machine: Machine, source: str) -> tuple[str, .
 
 
 def _frame(text: str, machine: Machine, source: str) -> str:
-    try:
+    with refusing(source, "scene, forces", f"{quote(text)}: "):
         part = RequestedPart.parse(text)
-    except FormulaError as error:
-        raise InputError(source, "scene, forces", f"{quote(text)}: {error}") from None
     if part.seen_from or part.by or part.component:
         what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
@@ -209,10 +207,8 @@ def _check_column(name: str, model: str, machine: Machine, models: Models, sourc
 
 
 def _requested_part(text: str, model: str, source: str) -> RequestedPart:
-    try:
+    with refusing(source, f"scene, outputs, {model}", f"{quote(text)}: "):
         return RequestedPart.parse(text)
-    except FormulaError as error:
-        raise InputError(source, f"scene, outputs, {model}", f"{quote(text)}: {error}") from None
 
 
 def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
@@ -263,10 +259,8 @@ def _check_value(value: Formula, machine: Machine, source: str, key: str) -> Non
         what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, parameters)}"
         raise InputError(source, f"scene, {key}", what)
     if not value.names:
-        try:
+        with refusing(source, f"scene, {key}"):
             value.table_value()
-        except FormulaError as error:
-            raise InputError(source, f"scene, {key}", str(error)) from None
 
 
 def resolve_motion(motion: PrescribedMotion, machine: Machine) -> PrescribedMotion:

@@ -28,6 +28,7 @@ from symoro_elastic.formats.robots.robot import (
     Placement,
 )
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import refusing
 from symoro_elastic.machine.checks import parameter_values, place_of
 from symoro_elastic.machine.columns import Cell, cells
 from symoro_elastic.machine.described import DescribedMachine, limits_of
@@ -242,10 +243,8 @@ class _Robot:
                 raise self.machine.error(f"{place}, {cell.label}", what)
             what = f"parameter {name} in {cell.label} has no value, and {self.holds.title} holds numbers only"
             raise self.machine.error(place, f"{what}: give it one")
-        try:
+        with refusing(self.machine.label, f"{place}, {cell.label}"):
             return formula.table_value(self.values)
-        except FormulaError as error:
-            raise self.machine.error(f"{place}, {cell.label}", str(error)) from None
 
     def _link(self, j: int, body: Body, place: str) -> Link:
         """The link of a body, with its inertia about its centre of mass."""

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from symoro_elastic.formats.toml.tables import QUANTITY, Number, Table
-from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
 from symoro_elastic.machine.names import did_you_mean, quote
 
@@ -175,10 +175,8 @@ def _number(table: Table, key: str) -> float:
 def _value(table: Table, key: str, cell: Formula) -> float:
     for name in sorted(cell.names):
         raise table.fail(key, f"{quote(name)} is a name: only numbers and formulas of numbers are allowed here")
-    try:
+    with table.refusing(key):
         return cell.table_value()
-    except FormulaError as error:
-        raise table.fail(key, str(error)) from None
 
 
 def _number_or_numbers(table: Table, key: str) -> Any:

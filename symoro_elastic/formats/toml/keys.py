@@ -39,7 +39,7 @@ from symoro_elastic.machine.machine import (
 from symoro_elastic.machine.names import quote
 from symoro_elastic.machine.scene import ALL
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.quantities.unit_reader import UnitError, in_two, number_in_si, read_unit
+from symoro_elastic.quantities.unit_reader import in_two, number_in_si, read_unit
 
 
 def key_of(column: Column) -> Key:
@@ -74,13 +74,11 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
             raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
     if is_not_finite(value) and "nan" in value:
         return None, unit
-    try:
+    with table.refusing(key):
         if is_plain_number(value) and unit and not (read := read_unit(unit)).is_si:
             value, unit = number_in_si(str(value).replace("_", ""), unit, read.text), read.text
         elif keys.is_text(value) and not unit and (parts := in_two(value)):
             unit = read_unit(parts[1]).text
-    except UnitError as error:
-        raise table.fail(key, str(error)) from None
     return replace(table, units=unit).cell(value, key), unit
 
 

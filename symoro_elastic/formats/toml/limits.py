@@ -129,15 +129,13 @@ def _of_parameter(entry: Table, parameter: Parameter) -> Range:
     if parameter.value is None:
         raise entry.fail(TOLERANCE.name, "it has no value, so no tolerance: give it a value")
     tolerance_entry = replace(TOLERANCE, unit=parameter.unit).read(entry)
-    try:
+    with entry.refusing(TOLERANCE.name):
         value = parameter.value.table_value()
         tolerance = _absolute(tolerance_entry, value)
         if not tolerance > 0:
             what = "is not above zero: leave it out where the value is exact"
             raise entry.fail(TOLERANCE.name, f"{tolerance_entry} of {value:g} {what}")
         return Range(value - tolerance, value + tolerance)
-    except (FormulaError, ValueError) as error:
-        raise entry.fail(TOLERANCE.name, str(error)) from None
 
 
 def _absolute(tolerance: float | str, value: float) -> float:
