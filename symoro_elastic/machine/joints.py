@@ -23,8 +23,6 @@ USUAL_ROUNDING = 50
 """Part of a backlash that rounds its edges, unless a rounding is given."""
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
-
-
 INERTIAL = (*TENSOR, "MX", "MY", "MZ", "M")
 """Inertial parameters of a body, about the origin of its frame."""
 SELECTED = {0: "theta", 1: "r"}
@@ -97,6 +95,12 @@ class Body:
     def has_inertia(self) -> bool:
         """Whether the table gives mass, moments or inertia."""
         return not all(formula.is_zero for formula in self.parameters.values())
+
+    @property
+    def is_balanced(self) -> bool:
+        """Whether turning it about z leaves its mass where it was."""
+        xx, xy, xz, yy, yz, _ = self.inertia
+        return xx.tree == yy.tree and all(x.is_zero for x in (*self.moments[:2], xy, xz, yz))
 
 
 @dataclass(frozen=True)

@@ -291,9 +291,8 @@ def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
 
 def _doubled_rotor(joint: Joint) -> Iterator[str]:
     """Warnings about a coupled joint whose row has both the body of a rotor and a rotor inertia."""
-    XX, XY, XZ, YY, YZ, ZZ = joint.body.inertia
-    balanced = XX.tree == YY.tree and all(x.is_zero for x in (XY, XZ, YZ, *joint.body.moments[:2]))
-    if joint.kind == Kind.COUPLED and balanced and not (ZZ.is_zero or joint.rotor_inertia.is_zero):
+    both = not (joint.body.inertia[5].is_zero or joint.rotor_inertia.is_zero)
+    if joint.kind == Kind.COUPLED and joint.body.is_balanced and both:
         yield "inertia ZZ of the body and rotor_inertia are both counted: one of them where they are of the same rotor"
 
 

@@ -14,9 +14,10 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import (
-    beams_json,
-    catalogue_json,
-    drives_json,
+    beams_table,
+    by_first_cell,
+    catalogue_table,
+    drives_table,
     frames_json,
     limits_json,
     machine_table,
@@ -54,10 +55,10 @@ class Description:
             "gravity": [str(x) for x in machine.base.gravity],
             "frames": frames_json(machine),
             "parameters": [p.name for p in machine.parameters],
-            "beams": beams_json(machine),
-            "catalogue_springs": catalogue_json(machine),
+            "beams": by_first_cell(beams_table(machine)),
+            "catalogue_springs": by_first_cell(catalogue_table(machine)),
             "limits": limits_json(machine),
-            "drives": drives_json(machine),
+            "drives": by_first_cell(drives_table(machine)),
             "base_parameters": base.formulas,
             "base_parameters_parts": base.parts,
             "base_parameters_zero": base.zero,

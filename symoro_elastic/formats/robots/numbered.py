@@ -370,7 +370,8 @@ def with_frames_as_links(robot: Description) -> Description:
     """The robot whose further frames are links without mass on fixed joints, two at one place a link and its joint."""
     places: list[list[PlacedFrame]] = []
     for frame in robot.frames:
-        pair = next((x for x in places if len(x) == 1 and _is_same(x[0], frame)), None)
+        same = (x for x in places if x[0].link == frame.link and len(x) == 1)
+        pair = next((x for x in same if np.array_equal(x[0].placement.matrix, frame.placement.matrix)), None)
         if pair:
             pair.append(frame)
         else:
@@ -388,10 +389,6 @@ def with_frames_as_links(robot: Description) -> Description:
         for frames in places
     )
     return replace(robot, links=(*robot.links, *links), joints=(*robot.joints, *joints), frames=())
-
-
-def _is_same(first: PlacedFrame, second: PlacedFrame) -> bool:
-    return first.link == second.link and np.array_equal(first.placement.matrix, second.placement.matrix)
 
 
 def size_of(robot: Description) -> float:

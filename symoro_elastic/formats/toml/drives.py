@@ -27,7 +27,7 @@ from symoro_elastic.machine.drives import (
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 HEADING = "drives"
@@ -165,29 +165,25 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
     lag, current = _current(entry)
     fed = FEED_FORWARD.within(entry.table("feed_forward"))
-    limit, windup = _limits(entry, joints[name])
-    of_limits = entry.table("limits")
-    electric = [
-        key.read(of_limits) if key.name in of_limits.entries else None for key in (CURRENT_LIMIT, VOLTAGE_LIMIT)
-    ]
+    limits = entry.table("limits").only(LIMITS.names)
     drive = Drive(
         Kv=gains["Kv"].read(entry),
         Kp=gains["Kp"].read(entry),
-        Tn=gains["Tn"].read(entry) if "Tn" in entry.entries else None,
+        Tn=gains["Tn"].optional(entry),
         lag=lag,
         velocity_forward=fed["velocity"],
         acceleration_forward=fed["acceleration"],
         torque_forward=fed["torque"],
         filters=tuple(_filters(entry)),
         measured=MEASURED.read(entry),
-        dead_time=DEAD_TIME.read(entry) if DEAD_TIME.name in entry.entries else None,
-        period=PERIOD.read(entry) if PERIOD.name in entry.entries else None,
-        torque_limit=limit,
-        windup=windup,
+        dead_time=DEAD_TIME.optional(entry),
+        period=PERIOD.optional(entry),
+        torque_limit=replace(TORQUE, unit=joints[name].force_unit).optional(limits),
+        windup=WINDUP.optional(limits),
         set_point=_set_point(entry) if "set_point" in entry.entries else None,
         current=current,
-        current_limit=electric[0],
-        voltage_limit=electric[1],
+        current_limit=CURRENT_LIMIT.optional(limits),
+        voltage_limit=VOLTAGE_LIMIT.optional(limits),
     )
     key, what = fault_of(drive, joints[name])
     if key:
@@ -225,14 +221,6 @@ def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
     if missing:
         raise of.fail(", ".join(missing), "is missing: a current controller has kp and ti, as 6 and 2e-3")
     return ZERO, CurrentControl(CURRENT_KP.read(of), CURRENT_TI.read(of), COMPENSATION.read(of))
-
-
-def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]:
-    """The limit of the torque, and the time of its back-calculation."""
-    of = entry.table("limits").only(LIMITS.names)
-    torque = replace(TORQUE, unit="N" if joint.sigma == 1 else "N m")
-    limits = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
-    return limits[0], limits[1]
 
 
 def _set_point(entry: Table) -> SetPointFilter:

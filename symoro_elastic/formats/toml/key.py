@@ -99,6 +99,10 @@ class Key:
             raise table.fail(self.name, "is missing")
         return value
 
+    def optional(self, table: Table) -> Any:
+        """The value in a table, None where it has none; raises `InputError` for another type."""
+        return self.read(table) if self.name in table.entries else None
+
 
 @dataclass(frozen=True)
 class Section:
