@@ -156,7 +156,7 @@ def solved_by_factors(bound: Bound) -> tuple[Dynamics, TorqueDerivatives]:
     recursion = with_accelerations(unaccelerated, partials, qdd)
     name_known(bound, unaccelerated)
     name_by_accelerations(bound, partials)
-    name_factors(bound, factors, right, qdd)
+    name_factors(bound.names, factors, right, qdd)
     name_accelerated(bound, recursion)
     return recursion, partials
 

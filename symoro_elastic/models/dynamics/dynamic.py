@@ -74,7 +74,7 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, joints: Joints) -> Results:
     qdd, of_base = solution_with_base(bound, factors, matrix, recursion, right)
     name_dynamics(bound, recursion, "[15]", "[61]")
     name_composites(bound, matrix)
-    name_factors(bound, factors, right, qdd)
+    name_factors(bound.names, factors, right, qdd)
     return {"qdd": Result(joints, tuple(qdd[j] for j in joints)), **_of_bristles(bound), **of_base}
 
 

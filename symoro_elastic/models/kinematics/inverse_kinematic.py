@@ -225,12 +225,8 @@ def _rows_of(letter: str, meaning: str) -> Callable[[Bound, Results], tuple[Quan
         names = [f"{frames.name(j)}.{COMPONENTS[k - 1]}" for j, k in numbers]
         joints = [bound.machine.joint(int(x.removeprefix("weight"))).name for x in _symbols(results, r"weight\d+")]
         weights = quantity("weights")
-        return (
-            replace(
-                quantity(letter), meaning=f"{meaning} {', '.join(names)}", frame=_AXES, shape=_SHAPE, roles=ARGUMENT
-            ),
-            replace(weights, meaning=f"{weights.meaning}: of {', '.join(joints)}"),
-        )
+        wanted = _wanted_row(letter, f"{meaning} {', '.join(names)}")
+        return wanted, replace(weights, meaning=f"{weights.meaning}: of {', '.join(joints)}")
 
     return rows
 
@@ -288,12 +284,11 @@ def _component_list(bound: Bound, task: Task) -> str:
 
 _EQUATIONS = "(Khalil and Dombre 2002, 6.2-6.7)"
 _AXES = "in axes of frame 0, or of the frame it is asked in"
-_SHAPE = "components"
 _VELOCITIES, _ACCELERATIONS = "wanted velocities", "wanted accelerations"
 
 
 def _wanted_row(letter: str, meaning: str) -> Quantity:
-    return replace(quantity(letter), meaning=meaning, frame=_AXES, shape=_SHAPE, roles=ARGUMENT)
+    return replace(quantity(letter), meaning=meaning, frame=_AXES, shape="components", roles=ARGUMENT)
 
 
 def _of_movers(name: str) -> Quantity:

@@ -235,7 +235,7 @@ class _System:
         on_fixed_base = not bound.machine.degrees_of_base
         x, x_0 = (solution(factors, right), AT_REST) if on_fixed_base else self._with_base(factors, matrix, right)
         name_composites(bound, matrix)
-        name_factors(bound, factors, right, x)
+        name_factors(bound.names, factors, right, x)
         return dict.fromkeys(bound.machine.independent, 0) | x, x_0
 
     def _with_base(self, factors: Factorization, matrix: InertiaMatrix, right: Scalars) -> tuple[Scalars, Twist]:

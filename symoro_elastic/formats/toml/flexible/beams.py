@@ -56,10 +56,6 @@ def _sizes(table: Table, key: str) -> tuple[str, tuple[Formula, ...]]:
     return kind, sizes.formulas(kind, (SIZES[kind],))
 
 
-def _one_or_two(table: Table, key: str) -> tuple[Formula, ...]:
-    return table.formulas(key, (2,)) if isinstance(table.entries[key], list) else (table.formula(key),)
-
-
 def _joints(table: Table, key: str) -> int:
     return USUAL if table.entries[key] == AUTO else table.whole(key)
 
@@ -106,7 +102,11 @@ SHEAR = Key("G", keys.FORMULA, "shear modulus, for torsion", '"81 GPa"', otherwi
 DENSITY = Key("density", keys.FORMULA, "density", "7850", otherwise="needed with section", unit="kg/m3")
 BENDING = Key(
     "EI",
-    Type("number or formula, or two of them", {"anyOf": [reference_to("formula"), _list("formula", 2)]}, _one_or_two),
+    Type(
+        "number or formula, or two of them",
+        {"anyOf": [reference_to("formula"), _list("formula", 2)]},
+        lambda table, key: table.formulas(key, (2,)) if isinstance(table.entries[key], list) else (table.formula(key),),
+    ),
     "bending stiffness, or those of deflections in both directions across the beam, in the order of x, y, z",
     "[2.1e4, 5e3]",
     otherwise="that of section",
