@@ -15,6 +15,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.columns import UPPER
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import COORDINATES, FrameNames, with_base_coordinates
 from symoro_elastic.machine.machine import Body, Kind, Machine
@@ -33,8 +34,6 @@ from symoro_elastic.pages.drawing.skins import Skin, skins_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 
-TENSOR = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
-"""Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
 ROUNDING = 1e-9
 """Of a principal moment, by the largest: what a square may be below zero."""
 
@@ -272,7 +271,7 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
 
 def _about_centre(body: Body, mass: float, moments: Array) -> tuple[Array, Array]:
     """Return the centre of mass (3,) and the inertia tensor (3, 3) about it, in the frame of the body."""
-    tensor = moments[3:][np.array(TENSOR)]
+    tensor = moments[3:][np.array(UPPER)]
     if body.central:
         return moments[:3], tensor
     centre: Array = moments[:3] / mass

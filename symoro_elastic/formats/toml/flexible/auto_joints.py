@@ -15,11 +15,10 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beams.beam import Beam
 from symoro_elastic.machine.beams.errors import bending_of, errors_by_joints
 from symoro_elastic.machine.beams.places import RULES
+from symoro_elastic.machine.columns import UPPER
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Body, Kind
 
-UPPER = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
-"""Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
 ZERO = np.zeros((4, 4))
 
 
