@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from operator import mul
 from typing import TypeVar
+
+import numpy as np
 
 from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.arguments import column_names
@@ -371,11 +372,8 @@ def _of_base(base: BaseStart) -> Iterator[Fault]:
         if not abs(length - 1) <= NOT_TURNED:
             yield "base, orientation", f"the length of the quaternion is {length:.4g}: make it 1"
         return
-    rows = [base.orientation[k : k + 3] for k in (0, 3, 6)]
-    worst = max(abs(sum(map(mul, a, b)) - (a is b)) for a in rows for b in rows)
-    a, b, c = rows
-    volume = sum(a[k] * (b[k - 2] * c[k - 1] - b[k - 1] * c[k - 2]) for k in range(3))
-    if not (worst <= NOT_TURNED and volume > 0):
+    R = np.reshape(base.orientation, (3, 3))
+    if not (np.abs(R @ R.T - np.eye(3)).max() <= NOT_TURNED and np.linalg.det(R) > 0):
         yield "base, orientation", "this is not a rotation: give a right-handed orthogonal matrix, row by row"
 
 
