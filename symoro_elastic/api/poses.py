@@ -102,7 +102,7 @@ def frame_of(machine: DescribedMachine, name: str) -> str:
 
 
 def _neutral(machine: DescribedMachine) -> list[float]:
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    values = machine.given_values
     return [x.spring.neutral.value(values) if x.kind is Kind.ELASTIC else 0.0 for x in machine.independent_joints]
 
 

@@ -389,7 +389,7 @@ def _end_faults(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterat
 
 def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
     """Faults of the joints whose variables depend on the others of the loop."""
-    names = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    names = machine.rows
     inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
     for name in loop.dependent:
         if name not in names:
@@ -408,20 +408,18 @@ def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
 
 def _without_value(machine: Machine, formula: Formula, values: Mapping[str, float]) -> str:
     """Why a formula has no value: a name that is not declared, or a parameter without a value."""
-    parameters = {parameter.name for parameter in machine.parameters}
-    for name in sorted(formula.names - parameters):
-        return f"{name!r} is not declared{did_you_mean(name, parameters)}"
+    for name in sorted(formula.names - machine.parameter_names):
+        return f"{name!r} is not declared{did_you_mean(name, machine.parameter_names)}"
     missing = ", ".join(sorted(formula.names - values.keys()))
     return f"{missing} has no value, but numbers select the branch: give it one, or write a number"
 
 
 def _declaration_faults(machine: Machine) -> Iterator[Fault]:
     """Names in cells that are not declared, and variables in cells that cannot follow joints."""
-    parameters = {parameter.name for parameter in machine.parameters}
     for place, joint, cell, formula in _cells(machine):
-        allowed: Collection[str] = parameters
+        allowed: Collection[str] = machine.parameter_names
         if joint and joint.sigma != 2 and joint.kind is not Kind.CUT and _may_follow(joint, cell):
-            allowed = parameters.union(machine.variables)
+            allowed = machine.parameter_names.union(machine.variables)
         for name in sorted(formula.names - {*allowed}):
             undeclared = f"{quote(name)} is not declared{did_you_mean(name, allowed)}"
             if why_reserved(name) is None:

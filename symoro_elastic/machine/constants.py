@@ -75,7 +75,7 @@ def with_free_numbers(machine: AnyMachine, sections: Collection[str], reserved: 
     The number is that of the joint. Zeros stay: they are structure. Where a name is used already, or `reserved`, or one
     of generated code, it is free_M3 instead.
     """
-    own = {p.name for p in machine.parameters}.union(joint.variable or "" for joint in machine.joints)
+    own = machine.parameter_names.union(joint.variable or "" for joint in machine.joints)
     used = {**reserved, **dict.fromkeys({machine.name, *own, *(joint.name for joint in machine.joints)}, IN_USE)}
     named: list[Parameter] = []
     joints = tuple(_with_free(joint, j, sections, used, named) for j, joint in enumerate(machine.joints, start=1))

@@ -255,9 +255,8 @@ def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Mac
 
 
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:
-    parameters = {parameter.name for parameter in machine.parameters}
-    for name in sorted(value.names - parameters):
-        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, parameters)}"
+    for name in sorted(value.names - machine.parameter_names):
+        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, machine.parameter_names)}"
         raise InputError(source, f"scene, {key}", what)
     if not value.names:
         with refusing(source, f"scene, {key}"):

@@ -74,9 +74,8 @@ def names_to_fold(machine: Machine, scene: Scene) -> tuple[str, ...]:
 
 def refuse_locking(machine: Machine, names: Iterable[str], source: str, key: str = "locked") -> None:
     """Raise `InputError` for a joint, by name, whose variable is not independent; `key` is that of the scene."""
-    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     for name in names:
-        reason = _not_lockable(machine, rows[name]) if name in rows else ""
+        reason = _not_lockable(machine, machine.rows[name]) if name in machine.rows else ""
         if reason:
             raise InputError(source, f"scene, {key}, {name}", reason)
 

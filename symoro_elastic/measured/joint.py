@@ -55,7 +55,7 @@ def fit_jointly(
     """
     named, identified = with_named_cells(machine), log.identification
     theta = partial(column_values, named, _sought_columns(identified))
-    values = {p.name: p.value.value() for p in named.parameters if p.value is not None} | dict(log.values)
+    values = named.given_values | dict(log.values)
     candidates = [name for name in positive_inertias(machine) if _changes(theta, values, name)]
     informed = tuple(name for name in candidates if name not in settings.seek)
     other = OtherData(informed, partial(evidence_of, identified, theta, values))

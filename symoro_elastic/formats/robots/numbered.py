@@ -107,13 +107,12 @@ class _Robot:
     @cached_property
     def frames(self) -> dict[int, list[tuple[str, Placement]]]:
         """Named frames by the row that carries them: names without their kind, and placements."""
-        rows = {joint.name: j for j, joint in enumerate(self.machine.joints, start=1)}
         frames: dict[int, list[tuple[str, Placement]]] = {}
         for frame in self.machine.frames:
             place = f"frame {frame.name}"
             x, y, z, *rpy = (self._number(place, cell, formula) for cell, formula in cells(frame))
             placed_frame = kind_and_name(frame.name)[1], Placement(rotation(*rpy), np.array([x, y, z]))
-            frames.setdefault(rows.get(frame.on, 0), []).append(placed_frame)
+            frames.setdefault(self.machine.rows.get(frame.on, 0), []).append(placed_frame)
         return frames
 
     @cached_property

@@ -258,7 +258,7 @@ def _low_pass(stage: Table) -> LowPass:
 
 def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
     """Raise `InputError` for names that are not parameters, and for numbers that are impossible for a drive."""
-    declared = {parameter.name for parameter in machine.parameters}
+    declared = machine.parameter_names
     for key, formula in drive.formulas:
         for name in sorted(formula.names - declared):
             raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, declared)}")

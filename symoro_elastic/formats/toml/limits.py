@@ -99,7 +99,7 @@ def limits_of(top: Table, machine: DescribedMachine, listed: Table) -> Limits:
 
 
 def _of_joints(table: Table, machine: Machine) -> dict[str, JointLimits]:
-    numbers = {joint.name: j for j, joint in reversed([*enumerate(machine.joints, start=1)])}
+    numbers = machine.rows
     limits = {}
     for name in table.entries:
         if name not in numbers:

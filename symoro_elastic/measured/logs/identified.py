@@ -173,10 +173,9 @@ def _values(result: Identification) -> RowValues:
 def _of_laws(result: Identification) -> RowValues:
     """Return load friction, static friction, Stribeck's velocity and cogging; what no friction has is left out."""
     values = {}
-    rows = {joint.name: j for j, joint in enumerate(result.machine.joints, start=1)}
     dry = _values(result)
     for e in result.estimates:
-        j = rows.get(e.unknown.joint, 0)
+        j = result.machine.rows.get(e.unknown.joint, 0)
         if e.unknown.quantity == LOAD and _is_possible(e):
             values[j, "load"] = e.value
         if e.unknown.quantity == STATIC and _is_possible(e):

@@ -74,11 +74,10 @@ def samples_of_mean(time: float, period: float) -> tuple[int, str]:
 
 def _numbers(machine: Machine, j: int, drive: Drive) -> dict[str, float]:
     """Return the numbers of a drive by their keys, for the values of parameters in the file; raises `InputError`."""
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
     numbers = {}
     for key, formula in drive.formulas:
         try:
-            numbers[key] = float(formula.value(values))
+            numbers[key] = float(formula.value(machine.given_values))
             reason = why_wrong(key, numbers[key])
         except FormulaError as error:
             reason = str(error)

@@ -259,7 +259,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> Re
     """
     require_fixed_base(machine, "identification")
     refuse_varying_stiffness(machine)
-    values_of_names = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
+    values_of_names = machine.given_values | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
         loads = (*joint.wrench.force, *joint.wrench.moment)
         _refuse_unknown(machine, f"joint {j} ({joint.name})", (*geometry_of(joint), *loads), values_of_names)
