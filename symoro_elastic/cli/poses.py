@@ -1,8 +1,8 @@
-"""Commands about a machine at one position: evaluate, ik, stiffness."""
+"""Commands about a machine at one position, and its singular ones: evaluate, ik, stiffness, singularities."""
 
 from __future__ import annotations
 
-from symoro_elastic.api.options import Evaluating, Reaching, Reading, Yielding
+from symoro_elastic.api.options import Evaluating, Locating, Reaching, Reading, Yielding
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, steps
@@ -62,3 +62,19 @@ def stiffness(machine: str, options: Yielding, plots: Plots, as_json: bool) -> N
         result = call(poses.stiffness, whole, options)
     print_result(result, as_json)
     plots.write(result.plots)
+
+
+@command("singularities")
+@MACHINE
+@takes(Locating)
+@JSON
+def singularities(machine: str, options: Locating, as_json: bool) -> None:
+    """Print the determinant of the Jacobian of MACHINE's frame in factors.
+
+    For each factor: where it vanishes, which joints are dependent there, and which motion is lost.
+    """
+    from symoro_elastic.api import poses
+
+    with steps("factor"):
+        result = call(poses.singularities, read(machine), options)
+    print_result(result, as_json)
