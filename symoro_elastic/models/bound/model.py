@@ -123,8 +123,8 @@ class Model:
     """Machine that it binds, where that is not the machine restricted to the scene."""
     other_way_of: str = ""
     """Model with the same results, computed in another way."""
-    family: str = ""
-    """Its family in the catalogue."""
+    family: str = field(default="", compare=False)
+    """Its family in the catalogue: where it is listed, not what it is."""
 
     @property
     def is_of_frames(self) -> bool:
