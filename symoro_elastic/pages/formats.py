@@ -282,8 +282,10 @@ def formats_page() -> str:
     ]
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
-    blocks += [URDF, MJCF, DISTAL, _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
-    blocks += [SERIES, _table(COLUMN, _columns()), "## Vibration tests (`.toml`)", *_section(TESTS)]
+    distal = ((f"`{x.name}`", x.unit, x.default, x.meaning, f"`{x.example}`") for x in COLUMNS)
+    blocks += [URDF, MJCF, DISTAL, _table(("column", "unit", "default", "meaning", "example"), distal)]
+    series = ((f"`{x.name}`", x.unit, x.meaning, f"`{x.example}`") for x in NAMED_COLUMNS)
+    blocks += [SERIES, _table(COLUMN, series), "## Vibration tests (`.toml`)", *_section(TESTS)]
     blocks += [TESTS_AND_FILES, _table(COLUMN, TEST_COLUMNS)]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
@@ -321,22 +323,9 @@ def _par() -> Iterator[str]:
         yield _table(("key", "unit", "default", "meaning", "example"), rows)
 
 
-def _columns() -> Iterator[Sequence[str]]:
-    """Rows of the columns of motions and measurements."""
-    for column in NAMED_COLUMNS:
-        yield f"`{column.name}`", column.unit, column.meaning, f"`{column.example}`"
-
-
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |".replace("|  |", "| |") for line in lines)
-
-
-# The part of the reference of file formats that is about robots as links and joints, and about distal tables.
-def distal_columns() -> Iterator[Sequence[str]]:
-    """Rows of the columns of distal tables."""
-    for column in COLUMNS:
-        yield f"`{column.name}`", column.unit, column.default, column.meaning, f"`{column.example}`"
 
 
 def schema(kind: str) -> str:

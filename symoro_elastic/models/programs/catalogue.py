@@ -237,7 +237,9 @@ def expressions_of_scene(
     give.
     """
     scene = resolve(scene, machine, MODELS)
-    restricted, constants = restrict(machine, scene), _constants(machine, scene)
+    restricted = restrict(machine, scene)
+    refuse_without_value(machine, scene)
+    constants = names_to_fold(machine, scene)
     models = models_of(scene)
     _refuse_idle_outputs(restricted, scene, models)
     _refuse_changed_by_grouping(restricted, models)
@@ -316,12 +318,6 @@ def _columns(restricted: Machine, scene: Scene, model: str, constants: Sequence[
             why = "becomes a constant: do not fold it" if name in constants else "belongs to a locked joint"
             raise InputError(_source(restricted, scene), f"scene, outputs, {model}", f"no column {name!r}: it {why}")
     return names
-
-
-def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:
-    """Names of the parameters that become constants."""
-    refuse_without_value(machine, scene)
-    return names_to_fold(machine, scene)
 
 
 def refuse_without_value(machine: Machine, scene: Scene) -> None:
