@@ -59,7 +59,6 @@ if TYPE_CHECKING:
     from symoro_elastic.api.drawings import view as view
     from symoro_elastic.api.flexible import flexible as flexible
     from symoro_elastic.api.flexible import flexible_parts as flexible_parts
-    from symoro_elastic.api.kinematics import singularities as singularities
     from symoro_elastic.api.loaded import LoadedModel as LoadedModel
     from symoro_elastic.api.loaded import load as load
     from symoro_elastic.api.machines import MachineWarning as MachineWarning
@@ -80,6 +79,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.motions import simulate as simulate
     from symoro_elastic.api.poses import evaluate as evaluate
     from symoro_elastic.api.poses import ik as ik
+    from symoro_elastic.api.poses import singularities as singularities
     from symoro_elastic.api.poses import stiffness as stiffness
     from symoro_elastic.api.sweeps import sweep as sweep
     from symoro_elastic.api.vibrations import compare as compare
@@ -101,13 +101,12 @@ _MODULES = {
     "api.control": "control lobes tune",
     "api.drawings": "MachinePage MachinePicture Report picture report view",
     "api.flexible": "flexible flexible_parts",
-    "api.kinematics": "singularities",
     "api.loaded": "LoadedModel load",
     "api.machines": "MachineWarning new read write",
     "api.measured": "excite identify update",
     "api.models": "Equations benchmark certify check equations generate",
     "api.motions": "ladder reduce simulate",
-    "api.poses": "evaluate ik stiffness",
+    "api.poses": "evaluate ik stiffness singularities",
     "api.sweeps": "sweep",
     "api.vibrations": "compare feed_forward linearize modes response",
     "analysis.control.control": "Control",

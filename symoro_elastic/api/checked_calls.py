@@ -35,12 +35,13 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
     """Return a function that accepts a single name as a list, and whose `InputError`s name its arguments."""
     bound = signature(function)
     annotations = {name: str(parameter.annotation) for name, parameter in bound.parameters.items()}
+    record = getattr(function, "options", None)
     listed = next((row.name for row in bound.parameters.values() if row.kind is row.VAR_POSITIONAL), "")
 
     @wraps(function)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> T:
         positional: tuple[Any, ...] = (*args, kwargs.pop(listed)) if listed in kwargs and len(args) == 1 else args
-        arguments = _bound(function, bound, positional, _under_present_names(function, kwargs))
+        arguments = _bound(function, bound, positional, under_present_names(record, kwargs) if record else kwargs)
         for name in arguments.arguments:
             arguments.arguments[name] = _argument(name, arguments.arguments[name], annotations)
         try:
@@ -96,12 +97,6 @@ def _meant(function: Callable[..., object], name: str, parameters: Collection[st
     if name in {row.name for row in options(Reading)}:
         return f": give it to read, as in {function.__name__}(read(machine, {name}=...))"
     return did_you_mean(name, parameters)
-
-
-def _under_present_names(function: Callable[..., object], arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments under their present names; warns of former ones."""
-    record = getattr(function, "options", None)
-    return under_present_names(record, arguments) if record else arguments
 
 
 def argument(option: str, names: Collection[str]) -> str:

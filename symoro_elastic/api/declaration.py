@@ -208,10 +208,10 @@ def in_si_units(machine: Any, record: O) -> O:
     parts = {name: x for name, x in vars(record).items() if isinstance(x, Options)}
     if not late and not parts:
         return record
-    from symoro_elastic.generation.pipeline import prepare_given
+    from symoro_elastic.generation.pipeline import prepare
     from symoro_elastic.machine.machine import Machine
 
-    described = prepare_given(machine) if late and not isinstance(machine, Machine) else machine
+    described = prepare(machine) if late and not isinstance(machine, Machine) else machine
     changed = {name: in_si_units(described, x) for name, x in parts.items()}
     for row in late:
         x = converted_by_name(vars(record)[row.name], row.unit, described, row.flag)  # type: ignore[arg-type]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.motions import Plan, plan
-from symoro_elastic.api.options import Drawing, Integrating, Viewing
-from symoro_elastic.api.rows import MachineLike, SceneLike, Values
+from symoro_elastic.api.motions import Plan, ladder, plan
+from symoro_elastic.api.options import Drawing, Integrating, Reporting, Serving, Viewing
+from symoro_elastic.api.rows import READABLE, MachineLike, SceneLike, Values
 from symoro_elastic.api.scenes import SceneRequest, motions_of_scene
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import PAGES, form_of
-from symoro_elastic.foundation.output_files import permission, write_text
+from symoro_elastic.foundation.output_files import permission, write_all, write_text
 from symoro_elastic.foundation.progress import Announce, Progress
-from symoro_elastic.foundation.results import Shown
+from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.pages.drawing.page import ShownMachine, machine_page, page_frame, pages_beside, shown_machine
@@ -28,15 +28,6 @@ from symoro_elastic.pages.drawing.svg import Picture, machine_picture, svg
 if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.reference_motion import Reference
     from symoro_elastic.pages.drawing.motions import Played
-
-
-from collections.abc import Callable
-
-from symoro_elastic.api.motions import ladder
-from symoro_elastic.api.options import Reporting, Serving
-from symoro_elastic.api.rows import READABLE
-from symoro_elastic.foundation.output_files import write_all
-from symoro_elastic.foundation.results import inline_page
 
 
 @dataclass(frozen=True, repr=False)

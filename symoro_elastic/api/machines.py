@@ -18,6 +18,7 @@ from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting
 from symoro_elastic.foundation.errors import InputError, among, printable
 from symoro_elastic.foundation.input_files import examples
 from symoro_elastic.foundation.output_files import permission, write_text
+from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.generation import pipeline
 from symoro_elastic.machine.constants import SECTIONS
 from symoro_elastic.machine.described import DescribedMachine
@@ -59,10 +60,17 @@ def read(machine: str | Path | Mapping[str, Any] | Any, options: ReadingWithWarn
     InputError
         If the file is not a valid machine; the message names the file, the joint, the key and the remedy.
     """
-    base, free, warn = options.base, among(options.free, SECTIONS, "--free"), options.warn
     _refuse_springs(options.elastic)
+    return prepared(machine, options, options.warn)
+
+
+def prepared(
+    machine: Any, options: Reading, warn: Callable[[str], None], announce: Announce = announce_nothing
+) -> DescribedMachine:
+    """Return a machine, read and checked, with the changes of options; `warn` is called with each warning."""
+    free = among(options.free, SECTIONS, "--free")
     conversion = Conversion.of(options.snap, options.elastic or {})
-    return pipeline.prepare_given(machine, warn, base=base, free=free, conversion=conversion)
+    return pipeline.prepare(machine, warn, base=options.base, free=free, conversion=conversion, announce=announce)
 
 
 def _refuse_springs(elastic: Any) -> None:
@@ -124,15 +132,21 @@ def new(
     file. `full` adds all other tables and keys as comments.
     `example` is the name of a machine that comes with the package, of which a copy is written: "two_axis", ...
     """
-    among((kind,), [*STARTS], "--kind")
     file = Path(path).with_suffix(".toml")
-    if example:
-        machines = examples(scenes=False)
-        source = machines[among((example,), machines, "--example")[0]]
-        file, text = file.with_suffix(source.suffix), load_text(source)
-    else:
-        pipeline.refuse_name(file.stem, "NAME")
-        text = starting_text(file.stem, start_of_axes(axes, screws) if axes else kind, full)
     with permission(force=force):
-        write_text(text, file)
+        if example:
+            machines = examples(scenes=False)
+            source = machines[among((example,), machines, "--example")[0]]
+            file = file.with_suffix(source.suffix)
+            write_text(load_text(source), file)
+        else:
+            write_start(file, kind, full, axes or None, screws)
     return read(file)
+
+
+def write_start(file: Path, kind: str, full: bool, axes: str | None, screws: str) -> None:
+    """Write a file to start a machine of a kind, or of slides along axes, from; raises `InputError`."""
+    among((kind,), [*STARTS], "--kind")
+    pipeline.refuse_name(file.stem, "NAME")
+    start = kind if axes is None else start_of_axes(axes, screws)
+    write_text(starting_text(file.stem, start, full), file)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,8 +13,17 @@ from symoro_elastic.api.compilers import reporting
 from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Integrating, Trading, Writing
-from symoro_elastic.api.rows import BOXES, EFFORTS, MachineLike, Values, certified_names
-from symoro_elastic.api.scenes import SceneRequest, scene_for
+from symoro_elastic.api.rows import (
+    BOXES,
+    EFFORTS,
+    OF_FILE,
+    OF_SET_POINTS,
+    MachineLike,
+    SceneLike,
+    Values,
+    certified_names,
+)
+from symoro_elastic.api.scenes import SceneRequest, no_note, scene_for
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
@@ -25,29 +34,21 @@ from symoro_elastic.foundation.output_files import permission, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.generation import fmu, pipeline
 from symoro_elastic.generation.pipeline import Generated
+from symoro_elastic.machine.limits import LIMITED, JointLimits, Limits, Range
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.within import EXACT
 from symoro_elastic.numerics.evaluation.values import NoValues
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.simulation.simulated import Simulation
     from symoro_elastic.analysis.trade_off.trade import Trade
+    from symoro_elastic.foundation.array_types import Array
     from symoro_elastic.machine.described import DescribedMachine
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
     from symoro_elastic.numerics.guarantees.certificates import Certificates
+    from symoro_elastic.numerics.verification.self_check import SelfCheck
     from symoro_elastic.numerics.verification.verify import Verification
-
-
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
-
-from symoro_elastic.api.rows import OF_FILE, OF_SET_POINTS, SceneLike
-from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.limits import LIMITED, JointLimits, Limits, Range
-
-if TYPE_CHECKING:
-    from symoro_elastic.analysis.simulation.simulated import Simulation
-    from symoro_elastic.foundation.array_types import Array
 
 WIDENED = 1.1
 """The hull of a motion is widened by this factor about its middle."""
@@ -78,15 +79,25 @@ class Build:
     tools: ToolChain | None
     unit: fmu.Options
 
-    def written(self, machine: DescribedMachine, scene: Scene, options: Generating) -> Generated:
-        """Write the models that a scene requests, and return the files and operation counts."""
+    def written(
+        self, machine: DescribedMachine, scene: Scene, options: Generating, warn: Callable[[str], None] = no_note
+    ) -> Generated:
+        """Write the models that a scene requests, and return the files and operation counts.
+
+        `warn` is called with a line for each soft static spring, and for each loop that starts near a singularity.
+        """
+        for line in pipeline.soft_springs(machine, scene):
+            warn(line)
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
         machine = with_limits(machine, options.limits, options.scene)
         with reported_places({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
             unit = replace(self.unit, at=dict(options.start))
             reports = options.announce, options.progress
             how = pipeline.CodeOptions(precisions, self.tools, unit, options.certify, *reports)
-            return pipeline.generate(machine, scene, self.targets, Path(options.out), how)
+            generated = pipeline.generate(machine, scene, self.targets, Path(options.out), how)
+        for line in pipeline.singular_loops(machine, scene):
+            warn(line)
+        return generated
 
 
 def build_of(options: Generating) -> Build:
@@ -135,6 +146,16 @@ def check(machine: MachineLike, options: Checking) -> Verification:
         return pipeline.verify(full, scene, seed=options.seed, announce=options.announce, progress=options.progress)
     except NoValues as error:
         raise InputError(full.label, "check", str(error)) from None
+
+
+def check_by_itself(machine: DescribedMachine, options: Checking) -> SelfCheck:
+    """Return the digits of results of generated C that agree in the four rounding modes; raises `InputError`."""
+    try:
+        return pipeline.verify_by_itself(
+            machine, scene_for(machine, options), seed=options.seed, progress=options.progress
+        )
+    except NoValues as error:
+        raise InputError(machine.label, "check --self", str(error)) from None
 
 
 @operation_on_models(Certifying)

@@ -114,7 +114,7 @@ class Generating(RequestedModels):
     by_torque: bool = switch("Motors of an FMU are given by torques, without their [drives].")
     merge_angles: float | None = rows.merge_angles_row()
     steps: Sequence[str] = argument((), "Time steps in addition to the models: {names}.", names=rows.method_names)
-    force: bool = rows.force_row()
+    force: bool = argument(False, "Replace existing files that the program has not written itself.")
     announce: Announce = rows.announce_row()
     progress: Progress = rows.progress_row()
 

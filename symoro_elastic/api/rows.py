@@ -54,6 +54,9 @@ table_names = _names_of("machine.constants", "SECTIONS")
 sampling_names = _names_of("analysis.sweeps.design", "SAMPLINGS")
 purpose_names = _names_of("analysis.ladder.reduced", "Purpose")
 part_names = _names_of("analysis.ladder.reduced", "Part")
+left_out_names = _names_of("machine.left_out_parts", "PARTS")
+schema_names = _names_of("formats.toml.schema", "SCHEMAS")
+start_names = _names_of("formats.toml.starting", "STARTS")
 processor_names = _names_of("codegen.embedded.processors", "CONTROLLERS")
 
 
@@ -218,8 +221,3 @@ def announce_row(**more: Any) -> Any:
 def progress_row() -> Any:
     """Return the option for a callback that counts steps."""
     return argument(no_progress, "Called with the steps that are done, and their number.")
-
-
-def force_row() -> Any:
-    """Return the option for the permission to replace files."""
-    return argument(False, "Replace existing files that the program has not written itself.")

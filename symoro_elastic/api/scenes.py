@@ -93,13 +93,10 @@ def scene_for(
         note(f"without mass and inertia, the models are {' and '.join(KINEMATIC_MODELS)}")
         scene = replace(scene, models=KINEMATIC_MODELS)
     scene = in_tolerance(scene, options) if isinstance(options, Generating | Trading) else scene
-    return in_form(scene, options.form) if isinstance(options, RequestedModels) else scene
-
-
-def in_form(scene: Scene, form: str) -> Scene:
-    """Return the scene with direct_dynamics in a form; raises `InputError`."""
-    among((form,), FORMS, "--form")
-    return replace(scene, form=form)
+    if isinstance(options, RequestedModels):
+        among((options.form,), FORMS, "--form")
+        scene = replace(scene, form=options.form)
+    return scene
 
 
 def in_tolerance(scene: Scene, options: Generating | Trading) -> Scene:

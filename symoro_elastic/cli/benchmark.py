@@ -13,7 +13,7 @@ from symoro_elastic.api.options import Reading, Trading
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import echo, print_json, print_parts, progress_bar
-from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.cli.reading import note, read_for
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def benchmark(machine: str, options: Trading, reading: Reading, verdict: Verdict
     """
     from symoro_elastic.analysis.trade_off.views import trade_json
 
-    full_machine = read(machine, reading)
-    scene_of(full_machine, options)
+    full_machine = read_for(options, machine, reading)
     measured = _measure(full_machine, options)
     words = [machine, *_as_words(options, reading.base)]
     plots.write(partial(_figures, measured, verdict.fast_math))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -13,25 +12,10 @@ from symoro_elastic.api.declaration import Options, in_si_units, option, part, s
 from symoro_elastic.api.options import Certifying, Checking, Generating, Reading, Writing
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, call, takes, writes
-from symoro_elastic.cli.output import (
-    echo,
-    print_json,
-    print_result,
-    print_table,
-    progress_bar,
-    say,
-    staged_progress,
-    steps,
-    write_text,
-)
-from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.cli.output import echo, print_result, progress_bar, staged_progress, steps, write_text
+from symoro_elastic.cli.reading import note, read, read_for, scene_of, warn
 from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
-
-if TYPE_CHECKING:
-    from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.machine.scene import Scene
-
 
 DOCUMENTS = ("latex", "html", "pdf")
 
@@ -51,37 +35,10 @@ def generate(machine: str, options: Generating, reading: Reading, as_json: bool)
         full_machine = read(machine, reading, announce)
         options = in_si_units(full_machine, options)
         scene = replace(scene_of(full_machine, options), merge_angles=options.merge_angles)
-        _warn_of_soft_springs(full_machine, scene)
-        generated = build.written(full_machine, scene, replace(options, announce=announce, progress=progress))
-    _warn_of_singular_starts(full_machine, scene)
+        generated = build.written(full_machine, scene, replace(options, announce=announce, progress=progress), warn)
     if scene.merge_angles is not None and not any(model.merged for model in generated.models):
         note("merging angles saves no operations in these models, so none were merged")
     print_result(generated, as_json)
-
-
-def _warn_of_singular_starts(machine: Machine, scene: Scene) -> None:
-    """Warn of loops that start near a position at which generated models give inf or NaN."""
-    from symoro_elastic.machine.restrict import restrict
-    from symoro_elastic.models.checks.loop_descriptions import described_loops, singular_starts
-
-    for warning in singular_starts(described_loops(restrict(machine, scene))):
-        say(f"warning: {warning}")
-
-
-def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
-    """Warn of a static spring whose load deflects it more than its stiffness restores, motors at 0."""
-    if not scene.static:
-        return
-    from symoro_elastic.machine.restrict import restrict
-    from symoro_elastic.numerics.motion.equilibrium import SOFT, soft_static
-
-    scene_machine = restrict(machine, scene)
-    try:
-        weakest = soft_static(scene_machine, {})
-    except InputError:
-        return
-    if weakest:
-        say(f"warning: {scene.source or machine.label}: scene, static, {weakest}: {SOFT}")
 
 
 class Proof(Options):
@@ -120,8 +77,7 @@ def check(machine: str, options: Certifying, proof: Proof, reading: Reading, by_
         return
     _refuse_proof_options(options)
     if by_itself:
-        full_machine = read(machine, reading)
-        _check_by_itself(full_machine, scene_of(full_machine, options), options.seed, as_json)
+        _check_by_itself(machine, options, reading, as_json)
         return
     with staged_progress() as (announce, progress):
         full_machine = read(machine, reading, announce)
@@ -157,28 +113,14 @@ def _certify(machine: str, options: Certifying, reading: Reading, as_json: bool)
     print_result(certificates, as_json)
 
 
-def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -> None:
-    """`check --self`."""
-    from symoro_elastic.generation.pipeline import in_form, refuse_degenerate
-    from symoro_elastic.numerics.evaluation.values import NoValues
-    from symoro_elastic.numerics.verification.self_check import self_check
-    from symoro_elastic.numerics.verification.verify import refuse_unverifiable
-    from symoro_elastic.numerics.verification.views import least_digits, self_check_json, self_check_table
+def _check_by_itself(machine: str, options: Certifying, reading: Reading, as_json: bool) -> None:
+    """Print what `check --self` finds."""
+    from symoro_elastic.api import models as api
 
-    source = machine.label
-    refuse_degenerate(machine, scene)
-    refuse_unverifiable(machine, scene)
-    scene, _ = in_form(machine, scene)
-    try:
-        with progress_bar("verify") as progress:
-            spread = self_check(machine, scene, seed=seed, progress=progress)
-    except NoValues as error:
-        raise InputError(source, "check --self", str(error)) from None
-    if as_json:
-        print_json(self_check_json(spread))
-        return
-    print_table(self_check_table(spread, f"{machine.name}: spread over the rounding modes, typical / worst"))
-    echo(f"at moderate states {least_digits(spread):.1f} digits survive in the worst case")
+    full_machine = read_for(options, machine, reading)
+    with progress_bar("verify") as progress:
+        checked = api.check_by_itself(full_machine, replace(part(Checking, options), progress=progress))
+    print_result(checked, as_json)
 
 
 class Document(Options):

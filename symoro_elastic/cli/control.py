@@ -9,7 +9,7 @@ from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, progress_bar, save_machine
-from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.cli.reading import read_for
 
 SAVED = click.option(
     "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the gains: {', '.join(WRITABLE)}."
@@ -49,8 +49,7 @@ def _control(machine: str, options: TuningDrives, save: str | None, plots: Plots
     from symoro_elastic.analysis.control.control import with_gains
     from symoro_elastic.api import control as operations
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     operation = operations.control if isinstance(options, Controlling) else operations.tune
     with progress_bar("control") as progress:
         result = call(operation, full_machine, options, progress=progress)
@@ -74,8 +73,7 @@ def lobes(machine: str, options: Cutting, plots: Plots, as_json: bool) -> None:
     """
     from symoro_elastic.api import control as operations
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     with progress_bar("lobes") as progress:
         result = call(operations.lobes, full_machine, options, progress=progress)
     print_result(result, as_json)

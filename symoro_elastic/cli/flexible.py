@@ -76,15 +76,13 @@ def flexible(
         raise InputError("symoro-elastic", names, f"belongs to {other}: leave it out")
     if is_machine:
         positions = {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}
-        with steps() as step:
-            step("vary joints and modes")
+        with steps("vary joints and modes"):
             limit = _number("--within", within) if within else None
             parts = operations.flexible_parts(source, frame, at=positions, within=limit)
         print_result(parts, as_json, None)
         return
     named = [_by_name(texts, option) for texts, option in ((interfaces, "--interface"), (rails, "--rail"))]
-    with steps() as step:
-        step("reduce")
+    with steps("reduce"):
         result = operations.flexible(source, interfaces=named[0], rails=named[1], **options)
     if save:
         save_body(result.body, save)

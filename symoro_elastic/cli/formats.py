@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
+from symoro_elastic.api.rows import schema_names, start_names
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
 from symoro_elastic.cli.output import echo, write_text
@@ -44,12 +44,6 @@ def _example(_context: click.Context, option: click.Parameter, name: str | None)
     return names[among((name,), names, option.opts[0])[0]]
 
 
-def _kinds() -> list[str]:
-    from symoro_elastic.formats.toml.starting import STARTS
-
-    return [*STARTS]
-
-
 @command("new")
 @click.argument("name", metavar="[NAME]", type=NewFile(), required=False)
 @click.option(
@@ -65,7 +59,7 @@ def _kinds() -> list[str]:
 @click.option(
     "--kind",
     metavar="NAME",
-    shell_complete=completed_from(_kinds),
+    shell_complete=completed_from(start_names),
     help="Machine to start from: arm (default), cartesian, delta (three limbs, closed loops), elastic (a drive with a "
     "spring), floating (a flying base), gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball "
     "screws), scara.",
@@ -77,12 +71,9 @@ def new(
     name: str | None, kind: str | None, full: bool, example: Path | None, axes: str | None, screws: str | None
 ) -> None:
     """Write a machine file to start from, or with --example a copy of an example."""
+    from symoro_elastic.api.machines import write_start
     from symoro_elastic.formats.files import load_text
-    from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
-    from symoro_elastic.generation.pipeline import refuse_name
 
-    if kind is not None:
-        among((kind,), [*STARTS], "--kind")
     if screws is not None and axes is None:
         raise InputError("symoro-elastic", "--screws", "says how the slides of --axes are driven: give --axes, too")
     if kind is not None and axes is not None:
@@ -99,9 +90,7 @@ def new(
     if name is None:
         raise InputError("symoro-elastic", "NAME", "name the file, or an example with --example")
     path = Path(name)
-    refuse_name(path.stem, "NAME")
-    start = kind or "arm" if axes is None else start_of_axes(axes, screws or "")
-    write_text(starting_text(path.stem, start, full), str(path))
+    write_start(path, kind or "arm", full, axes, screws or "")
     echo(f"wrote {path}: symoro-elastic generate {path}")
 
 
@@ -117,23 +106,15 @@ def formats(out: str | None) -> None:
     _print_or_write(formats_page(), out)
 
 
-def _schemas() -> list[str]:
-    from symoro_elastic.formats.toml.schema import SCHEMAS
-
-    return [*SCHEMAS]
-
-
 @command("schema")
-@click.argument("file", metavar="[machine|scene|tests]", default="machine", shell_complete=completed_from(_schemas))
+@click.argument("file", metavar="[machine|scene|tests]", default="machine", shell_complete=completed_from(schema_names))
 @_out(*SCHEMAS)
 @writes
 def schema(file: str, out: str | None) -> None:
     """Print what editors complete and check TOML files by (draft 2020-12)."""
-    from symoro_elastic.formats.toml.schema import SCHEMAS
-    from symoro_elastic.models.programs.catalogue import MODELS
+    from symoro_elastic.pages.formats import schema as schema_of
 
-    among((file,), [*SCHEMAS], "FILE")
-    _print_or_write(json.dumps(SCHEMAS[file](MODELS), indent=2) + "\n", out)
+    _print_or_write(schema_of(file), out)
 
 
 def _print_or_write(text: str, out: str | None) -> None:

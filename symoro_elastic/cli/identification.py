@@ -23,6 +23,10 @@ from symoro_elastic.cli.output import print_parts, print_result, progress_bar, s
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
 
+SAVED = click.option(
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
+)
+
 
 @command("excite")
 @MACHINE
@@ -39,12 +43,11 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     zero.
     """
     from symoro_elastic.api import measured
-    from symoro_elastic.measured.logs.trajectory import save
 
     of_file = read(machine)
     with progress_bar("search") as progress:
         excited = call(measured.excite, of_file, options, progress=progress)
-    save(excited, out)
+    excited.save(out)
     print_result(excited, as_json, out)
     plots.write(excited.plots)
 
@@ -53,9 +56,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 @MACHINE
 @click.argument("records", metavar="DATA...", nargs=-1, required=True, type=InputFile())
 @takes(Identifying)
-@click.option(
-    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
-)
+@SAVED
 @draws
 @writes
 @JSON
@@ -82,9 +83,7 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
 @MACHINE
 @click.argument("tests", metavar="TESTS", type=InputFile())
 @takes(Updating)
-@click.option(
-    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
-)
+@SAVED
 @click.option("--next", "is_next", is_flag=True, help="Say which test to make next, and what it would tell.")
 @draws
 @writes
@@ -96,7 +95,6 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
     """
     from symoro_elastic.api import measured
     from symoro_elastic.foundation.results import plain
-    from symoro_elastic.measured.vibration_tests.views import next_table
 
     of_file = read(machine)
     with steps() as step:
@@ -109,5 +107,5 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
             say(f"warning: {line}")
     print_result(updated, as_json, save, **({"next_tests": plain(candidates)} if is_next else {}))
     if is_next and not as_json:
-        print_parts([next_table(candidates, updated.machine.name)])
+        print_parts([updated.table_of_next(candidates)])
     plots.write(updated.plots)

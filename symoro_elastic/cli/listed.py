@@ -37,7 +37,7 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
         "evaluate": Listed("poses", "Evaluate models of MACHINE at a position."),
         "ik": Listed("poses", "Find the joint positions at which a frame has a pose."),
         "equations": Listed("code", "Write the equations of models as LaTeX, HTML or PDF."),
-        "singularities": Listed("kinematics", "Find where a frame loses a direction of motion."),
+        "singularities": Listed("poses", "Find where a frame loses a direction of motion."),
         "generate": Listed("code", "Generate code for the models of MACHINE."),
         "report": Listed("pages", "Write one page about MACHINE, to read and to print."),
     },

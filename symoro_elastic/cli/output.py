@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -71,7 +71,7 @@ def print_table(table: Table) -> None:
         console.print(part)
 
 
-def print_parts(parts: Sequence[Part]) -> None:
+def print_parts(parts: Iterable[Part]) -> None:
     """Print sentences and tables, in their order."""
     for part in parts:
         if isinstance(part, str):
@@ -141,14 +141,14 @@ def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def steps() -> Iterator[Callable[[str], None]]:
+def steps(first: str = "read") -> Iterator[Callable[[str], None]]:
     """Show the current step on a terminal's stderr, and nothing elsewhere."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("read") as status:
+    with Console(stderr=True).status(first) as status:
         yield lambda stage: status.update(_plain(stage))
 
 

@@ -8,7 +8,7 @@ from symoro_elastic.api.options import Reporting, Serving, Viewing
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import MACHINE, InputFile, OutputFile, OutputPage, call, takes, writes
 from symoro_elastic.cli.output import echo, staged_progress
-from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.cli.reading import note, read, read_for
 from symoro_elastic.foundation.file_forms import PAGES
 
 
@@ -27,8 +27,7 @@ def view(machine: str, out: str, beside: str | None, options: Viewing) -> None:
     from symoro_elastic.api import drawings as api
     from symoro_elastic.foundation.output_files import write_text
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     other = read(beside) if beside else None
     with staged_progress("predict") as (announce, progress):
         page = call(api.view, full_machine, options, announce=announce, progress=progress)
@@ -66,8 +65,7 @@ def report(machine: str, out: str, options: Reporting) -> None:
     """
     from symoro_elastic.api import drawings
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     with staged_progress("machine") as (announce, progress):
         page = call(drawings.report, full_machine, options, announce=announce, progress=progress)
     echo(f"wrote {page.save(out)}")

@@ -1,12 +1,12 @@
-"""Commands about a machine at one position: evaluate, ik, stiffness."""
+"""Commands about a machine at one position, and its singular ones: evaluate, ik, stiffness, singularities."""
 
 from __future__ import annotations
 
-from symoro_elastic.api.options import Evaluating, Reaching, Reading, Yielding
+from symoro_elastic.api.options import Evaluating, Locating, Reaching, Reading, Yielding
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, steps
-from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.cli.reading import read, read_for
 
 
 @command("evaluate")
@@ -20,10 +20,8 @@ def evaluate(machine: str, options: Evaluating, reading: Reading, plots: Plots, 
     """Give torques, accelerations, placements and what else models compute, with units."""
     from symoro_elastic.api import poses
 
-    with steps() as step:
-        step("evaluate")
-        whole = read(machine, reading)
-        scene_of(whole, options)
+    with steps("evaluate"):
+        whole = read_for(options, machine, reading)
         result = call(poses.evaluate, whole, options)
     print_result(result, as_json)
     plots.write(result.plots)
@@ -42,8 +40,7 @@ def ik(machine: str, options: Reaching, plots: Plots, as_json: bool) -> int:
     """
     from symoro_elastic.api import poses
 
-    with steps() as step:
-        step("inverse geometry")
+    with steps("inverse geometry"):
         result = call(poses.ik, read(machine), options)
     print_result(result, as_json)
     plots.write(result.plots)
@@ -60,10 +57,24 @@ def stiffness(machine: str, options: Yielding, plots: Plots, as_json: bool) -> N
     """Give the 6 x 6 matrix with motors held, the worst direction, each spring's share, and what to stiffen."""
     from symoro_elastic.api import poses
 
-    with steps() as step:
-        step("stiffness")
-        whole = read(machine)
-        scene_of(whole, options.scene)
+    with steps("stiffness"):
+        whole = read_for(options.scene, machine)
         result = call(poses.stiffness, whole, options)
     print_result(result, as_json)
     plots.write(result.plots)
+
+
+@command("singularities")
+@MACHINE
+@takes(Locating)
+@JSON
+def singularities(machine: str, options: Locating, as_json: bool) -> None:
+    """Print the determinant of the Jacobian of MACHINE's frame in factors.
+
+    For each factor: where it vanishes, which joints are dependent there, and which motion is lost.
+    """
+    from symoro_elastic.api import poses
+
+    with steps("factor"):
+        result = call(poses.singularities, read(machine), options)
+    print_result(result, as_json)

@@ -6,32 +6,26 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.api.options import Reading, Requested
 from symoro_elastic.cli.output import say
+from symoro_elastic.foundation.progress import Announce, announce_nothing
 
 if TYPE_CHECKING:
     from symoro_elastic.api.rows import SceneLike
-    from symoro_elastic.foundation.progress import Announce
     from symoro_elastic.machine.described import DescribedMachine
     from symoro_elastic.machine.scene import Scene
 
 AS_WRITTEN = Reading()
 
 
-def read(path: str, reading: Reading = AS_WRITTEN, announce: Announce | None = None) -> DescribedMachine:
+def read(path: str, reading: Reading = AS_WRITTEN, announce: Announce = announce_nothing) -> DescribedMachine:
     """Return the machine of a file; its warnings are printed on stderr."""
-    from symoro_elastic.formats.format import Conversion
-    from symoro_elastic.foundation.errors import among
-    from symoro_elastic.foundation.progress import announce_nothing
-    from symoro_elastic.generation.pipeline import prepare
-    from symoro_elastic.machine.constants import SECTIONS
+    from symoro_elastic.api.machines import prepared
 
-    conversion = Conversion.of(reading.snap, reading.elastic or {})
-    free = among(reading.free, SECTIONS, "--free")
-    announce = announce or announce_nothing
-    return prepare(path, _warn, base=reading.base, free=free, conversion=conversion, announce=announce)
+    return prepared(path, reading, warn, announce)
 
 
-def _warn(warning: str) -> None:
-    say(f"warning: {warning}")
+def warn(line: str) -> None:
+    """Print a warning on stderr."""
+    say(f"warning: {line}")
 
 
 def scene_of(machine: DescribedMachine, options: Requested | SceneLike = None) -> Scene:
@@ -43,6 +37,13 @@ def scene_of(machine: DescribedMachine, options: Requested | SceneLike = None) -
 
     requested = options if isinstance(options, Requested) else Requested(scene=options)
     return scene_for(machine, requested, note=note)
+
+
+def read_for(scene: Requested | SceneLike, path: str, reading: Reading = AS_WRITTEN) -> DescribedMachine:
+    """Return the machine of a file, as `read` does; notes about this scene of it are printed, too."""
+    machine = read(path, reading)
+    scene_of(machine, scene)
+    return machine
 
 
 def note(line: str) -> None:

@@ -14,7 +14,7 @@ from symoro_elastic.api.declaration import Options, in_si_units, option, part
 from symoro_elastic.api.options import Climbing, Integrating, Reducing, Simulating
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
-from symoro_elastic.cli.output import echo, print_json, print_parts, print_table, staged_progress
+from symoro_elastic.cli.output import echo, print_json, print_parts, print_result, print_table, staged_progress
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
@@ -153,10 +153,7 @@ def reduce(machine: str, options: Reducing, scenes: ReducedScenes, plots: Plots,
     with _interruptible(), staged_progress() as (announce, progress):
         whole = read(machine, announce=announce)
         reduced = call(api.reduce, whole, options, announce=announce, progress=progress)
-    if as_json:
-        print_json(reduced.as_json())
-    else:
-        print_parts(reduced.parts())
+    print_result(reduced, as_json)
     if scenes.save:
         if lost := reduced.save(scenes.save):
             note(lost)

@@ -14,7 +14,7 @@ from symoro_elastic.api.options import Sweeping
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, takes, writes
 from symoro_elastic.cli.output import counted_ahead, print_result
-from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.cli.reading import note, read_for
 from symoro_elastic.foundation.file_forms import SWEEPS
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, pl
         refuse_form(out)
     if file:
         options = _before_file(options, file)
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     swept = _compute(plan(full_machine, options), out)
     if out:
         save(swept, out)

@@ -13,7 +13,7 @@ from symoro_elastic.api.rows import along_row
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import echo, print_result, progress_bar, save_arrays, steps
-from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.cli.reading import read_for
 from symoro_elastic.foundation.file_forms import COLUMNS, LINEARIZATIONS, MODES, RESPONSES
 
 
@@ -30,10 +30,8 @@ def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool
 
     if out:
         refuse_linearization_file(out)
-    with steps() as step:
-        step("linearize")
-        full_machine = read(machine)
-        scene_of(full_machine, options.scene)
+    with steps("linearize"):
+        full_machine = read_for(options.scene, machine)
         linear = call(vibrations.linearize, full_machine, options)
     if out:
         save_linearization(linear, out)
@@ -58,8 +56,7 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
     """Name the springs and the bodies that store the energy of the modes."""
     from symoro_elastic.api import vibrations
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     with progress_bar("modes") as progress:
         along = in_si_units(full_machine, path).along
         tracked = vibrations.modes_along(full_machine, along, options, progress) if along else None
@@ -81,10 +78,8 @@ def response(machine: str, options: Responding, out: str | None, plots: Plots, a
     from symoro_elastic.analysis.vibration import export
     from symoro_elastic.api import vibrations
 
-    with steps() as step:
-        step("response")
-        full_machine = read(machine)
-        scene_of(full_machine, options.scene)
+    with steps("response"):
+        full_machine = read_for(options.scene, machine)
         result = call(vibrations.response, full_machine, options)
     print_result(result, as_json)
     if out:
@@ -105,8 +100,7 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
     """
     from symoro_elastic.api import vibrations
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
+    full_machine = read_for(options.scene, machine)
     with progress_bar("springs follow") as progress:
         result = call(vibrations.compare, full_machine, options, progress=progress)
     print_result(result, as_json)
@@ -133,10 +127,8 @@ def feed_forward(machine: str, options: Following, out: str | None, plots: Plots
     from symoro_elastic.analysis.vibration.feed_forward import save_feed_forward
     from symoro_elastic.api import vibrations
 
-    full_machine = read(machine)
-    scene_of(full_machine, options.scene)
-    with steps() as step:
-        step("feed-forward")
+    full_machine = read_for(options.scene, machine)
+    with steps("feed-forward"):
         result = call(vibrations.feed_forward, full_machine, options)
     if out:
         save_feed_forward(result, out)

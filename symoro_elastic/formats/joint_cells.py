@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.errors import InputError
@@ -10,7 +11,7 @@ from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Joint
 from symoro_elastic.machine.names import quote
 
-__all__ = ["OTHER", "SELECTED", "cell_of", "formula", "not_alone", "offset_of", "split", "whole"]
+__all__ = ["OTHER", "SELECTED", "cell_of", "formula", "not_alone", "offset_of", "rows_by_name", "split", "whole"]
 
 OTHER = {0: "r", 1: "theta"}
 
@@ -32,6 +33,15 @@ def whole(written: str | int, source: str, place: str) -> int:
     if not text.strip().removeprefix("-").isdecimal() or not text.isascii() or len(text) > 7:
         raise InputError(source, place, f"{quote(text)} is not a whole number, or is too large")
     return int(text)
+
+
+def rows_by_name(names: Mapping[int, Iterable[str]]) -> dict[str, list[int]]:
+    """The rows whose cells hold a name, by name, from the names by row."""
+    rows: dict[str, list[int]] = {}
+    for j, held in names.items():
+        for name in held:
+            rows.setdefault(name, []).append(j)
+    return rows
 
 
 def offset_of(cell: Formula, variable: str) -> Formula | None:

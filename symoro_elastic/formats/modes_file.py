@@ -230,7 +230,8 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
             raise InputError(source, key, "is not diagonal: use modes that are orthogonal in it")
     if not (np.diag(K) > 0).all():
         raise InputError(source, "K", "a mode without stiffness is a motion of the whole body: fix it at its joint")
-    more = {key: _of_shape(arrays, key, shape, source) for key, shape in _optional(m).items()}
+    optional = {"Ct1": (m, m, 3), "T1s": (m, m, 3, 3)}
+    more = {key: _of_shape(arrays, key, shape, source) for key, shape in optional.items()}
     interfaces, rails = _interfaces(arrays, m, source), _rails(arrays, m, source)
     about, surface = str(arrays.get("about", "")), _surface(arrays, m, source)
     return ModalBody(G, np.diag(K), np.diag(D), interfaces, **more, about=about, rails=rails, surface=surface)
@@ -246,10 +247,6 @@ def _surface(arrays: Mapping[str, Array], m: int, source: str) -> Surface | None
     if corners is None or modes is None or not np.isin(corners, np.arange(len(points))).all():
         raise InputError(source, SURFACE[1], "must be indices of points of a surface, which has surface_modes")
     return Surface(points, corners.astype(np.int64), modes)
-
-
-def _optional(m: int) -> dict[str, tuple[int, ...]]:
-    return {"Ct1": (m, m, 3), "T1s": (m, m, 3, 3)}
 
 
 def _interfaces(arrays: Mapping[str, Array], m: int, source: str) -> dict[str, Interface]:

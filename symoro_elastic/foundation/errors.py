@@ -61,6 +61,15 @@ def reported_places(places: Mapping[str, str]) -> Iterator[None]:
         raise
 
 
+@contextmanager
+def refusing(source: str, place: str, before: str = "", kind: type[Exception] = ValueError) -> Iterator[None]:
+    """Within this block, errors of a kind, as those of formulas and units, are `InputError`s of a place."""
+    try:
+        yield
+    except kind as error:
+        raise InputError(source, place, f"{before}{error}") from None
+
+
 def some_of(names: Sequence[str], most: int = 10) -> str:
     """Return the first names of a list in words, and the number of the others."""
     remaining = len(names) - most

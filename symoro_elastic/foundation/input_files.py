@@ -74,8 +74,9 @@ def _open(path: str | Path, place: str, follow: bool) -> BinaryIO:
 
 def _example(name: str) -> str:
     """The end of a message about a missing file that has the name of an example."""
-    example = example_called(name)
-    return f"; an example is called so, which symoro-elastic new --example {example} writes" if example else ""
+    called_so = (example for example, path in examples().items() if path.name == name)
+    said = (f"; an example is called so, which symoro-elastic new --example {example} writes" for example in called_so)
+    return next(said, "")
 
 
 def _refuse_special(status: os.stat_result, path: str | Path, place: str) -> None:
@@ -105,11 +106,6 @@ def examples(*, scenes: bool = True) -> dict[str, Path]:
     for path in sorted(files, key=lambda path: (path.stem, SUFFIXES.index(path.suffix))):
         paths[path.name if path.stem in paths else path.stem] = path
     return dict(sorted(paths.items()))
-
-
-def example_called(name: str) -> str:
-    """Return the name of the example with this file name, empty if there is none."""
-    return next((name_of_example for name_of_example, path in examples().items() if path.name == name), "")
 
 
 def _files(scenes: bool) -> Iterator[Path]:

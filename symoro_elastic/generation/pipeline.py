@@ -6,7 +6,8 @@ that is compiled and compared with a reference. `announce` is called with the na
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,6 +41,7 @@ from symoro_elastic.models.bound.model import Pivots
 from symoro_elastic.models.bound.tracing import PrunedTrace, prune, schedule
 from symoro_elastic.models.checks.degenerate import Degeneracy, SingularPivot, degeneracies
 from symoro_elastic.models.checks.implausible import implausible_motions
+from symoro_elastic.models.checks.loop_descriptions import described_loops, singular_starts
 from symoro_elastic.models.packaging import Traced, reserved_words, with_steps
 from symoro_elastic.models.programs.catalogue import KINEMATIC_MODELS, MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.programs.catalogue import expressions_of_scene as trace
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from symoro_elastic.generation.reduced_models.model import ReducedModel
     from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort
     from symoro_elastic.numerics.verification.forms import Choice
+    from symoro_elastic.numerics.verification.self_check import SelfCheck
     from symoro_elastic.numerics.verification.verify import Verification
 
 MOST_WARNINGS = 20
@@ -82,8 +85,8 @@ class Generated(Result):
 
 
 def prepare(
-    file: str | Path,
-    warn: Callable[[str], None],
+    machine: Any,
+    warn: Callable[[str], None] = announce_nothing,
     *,
     base: bool = False,
     free: Sequence[str] = (),
@@ -92,37 +95,27 @@ def prepare(
 ) -> DescribedMachine:
     """The machine in a file, its inertial parameters grouped if `base`; raises `InputError`.
 
-    Numbers of the tables in `free` (bodies, springs ...) become parameters. A robot as links and joints gets the
-    changes of `conversion`.
+    Instead of a file, its tables or a robot of the Robotics Toolbox are taken. Numbers of the tables in `free` (bodies,
+    springs ...) become parameters. A robot as links and joints gets the changes of `conversion`.
 
     `warn` is called with the first 20 warnings, line by line, and with the number of those omitted.
     """
     announce("read")
-    machine = read(file, reserved_words(), conversion)
-    return prepare_machine(machine, warn, base=base, free=free, announce=announce)
+    return prepare_machine(_described(machine, conversion), warn, base=base, free=free, announce=announce)
 
 
-def prepare_given(
-    machine: Any,
-    warn: Callable[[str], None] = announce_nothing,
-    *,
-    base: bool = False,
-    free: Sequence[str] = (),
-    conversion: Conversion | None = None,
-) -> DescribedMachine:
-    """The machine as `prepare` returns it, from a file, from its tables, or from a robot of the Robotics Toolbox."""
+def _described(machine: Any, conversion: Conversion | None) -> DescribedMachine:
+    """The machine of a file, of tables or of a robot, not yet checked."""
     if isinstance(machine, str | Path):
-        return prepare(machine, warn, base=base, free=free, conversion=conversion)
+        return read(machine, reserved_words(), conversion)
     if isinstance(machine, Mapping):
         snap = conversion and conversion.snap
-        described = with_exact_angles(machine_of(table_of(machine, "machine")), snap or DECIMALS)
-    elif hasattr(machine, "links"):
-        described = of_robot(machine, reserved=reserved_words())
-    else:
-        kind = type(machine).__name__
-        what = f"{kind} is not a machine: give a file, its tables as dictionaries, or a robot with links"
-        raise InputError("symoro-elastic", "machine", what)
-    return prepare_machine(described, warn, base=base, free=free)
+        return with_exact_angles(machine_of(table_of(machine, "machine")), snap or DECIMALS)
+    if hasattr(machine, "links"):
+        return of_robot(machine, reserved=reserved_words())
+    kind = type(machine).__name__
+    what = f"{kind} is not a machine: give a file, its tables as dictionaries, or a robot with links"
+    raise InputError("symoro-elastic", "machine", what)
 
 
 def prepare_machine(
@@ -405,6 +398,17 @@ def verify(
         return compare(traced, code, seed=seed, progress=progress)
 
 
+def verify_by_itself(machine: Machine, scene: Scene, *, seed: int = 0, progress: Progress = no_progress) -> SelfCheck:
+    """Compare runs of the C of a scene's models in the four rounding modes; raises as `verify` does."""
+    from symoro_elastic.numerics.verification.self_check import SelfCheck, self_check
+    from symoro_elastic.numerics.verification.verify import refuse_unverifiable
+
+    refuse_degenerate(machine, scene)
+    refuse_unverifiable(machine, scene)
+    scene, _ = in_form(machine, scene)
+    return SelfCheck(machine.name, self_check(machine, scene, seed=seed, progress=progress))
+
+
 def certificates(
     machine: Machine,
     scene: Scene,
@@ -516,6 +520,22 @@ def zero_pivots(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
         return [(MASSLESS, "bodies")]
     ordered = [by_joint[j] for j in sorted(by_joint)]
     return [(d.message(restricted), ", ".join(f"joint {j}" if j else BASE for j in d.moving_together)) for d in ordered]
+
+
+def soft_springs(machine: Machine, scene: Scene) -> Iterator[str]:
+    """Yield a warning of a static spring whose load deflects it more than its stiffness restores, motors at 0."""
+    if not scene.static:
+        return
+    from symoro_elastic.numerics.motion.equilibrium import SOFT, soft_static
+
+    with suppress(InputError):
+        if weakest := soft_static(restrict(machine, scene), {}):
+            yield f"{scene.source or machine.label}: scene, static, {weakest}: {SOFT}"
+
+
+def singular_loops(machine: Machine, scene: Scene) -> list[str]:
+    """A warning of each loop that starts near a position at which generated models give inf or NaN."""
+    return singular_starts(described_loops(restrict(machine, scene)))
 
 
 def is_part(scene: Scene) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 
+from symoro_elastic.foundation.errors import refusing
 from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.flexible_faults import flexible_faults
@@ -91,10 +92,8 @@ def parameter_values(machine: Machine) -> dict[str, float]:
         if parameter.value.names:
             what = f"{quote(parameter.value)} holds names: a value is a number, or a formula of numbers"
             raise machine.error(f"parameters, {parameter.name}", what)
-        try:
+        with refusing(machine.label, f"parameters, {parameter.name}"):
             values[parameter.name] = parameter.value.table_value()
-        except FormulaError as error:
-            raise machine.error(f"parameters, {parameter.name}", str(error)) from None
     return values
 
 
@@ -390,7 +389,7 @@ def _end_faults(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterat
 
 def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
     """Faults of the joints whose variables depend on the others of the loop."""
-    names = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    names = machine.rows
     inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
     for name in loop.dependent:
         if name not in names:
@@ -409,20 +408,18 @@ def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
 
 def _without_value(machine: Machine, formula: Formula, values: Mapping[str, float]) -> str:
     """Why a formula has no value: a name that is not declared, or a parameter without a value."""
-    parameters = {parameter.name for parameter in machine.parameters}
-    for name in sorted(formula.names - parameters):
-        return f"{name!r} is not declared{did_you_mean(name, parameters)}"
+    for name in sorted(formula.names - machine.parameter_names):
+        return f"{name!r} is not declared{did_you_mean(name, machine.parameter_names)}"
     missing = ", ".join(sorted(formula.names - values.keys()))
     return f"{missing} has no value, but numbers select the branch: give it one, or write a number"
 
 
 def _declaration_faults(machine: Machine) -> Iterator[Fault]:
     """Names in cells that are not declared, and variables in cells that cannot follow joints."""
-    parameters = {parameter.name for parameter in machine.parameters}
     for place, joint, cell, formula in _cells(machine):
-        allowed: Collection[str] = parameters
+        allowed: Collection[str] = machine.parameter_names
         if joint and joint.sigma != 2 and joint.kind is not Kind.CUT and _may_follow(joint, cell):
-            allowed = parameters.union(machine.variables)
+            allowed = machine.parameter_names.union(machine.variables)
         for name in sorted(formula.names - {*allowed}):
             undeclared = f"{quote(name)} is not declared{did_you_mean(name, allowed)}"
             if why_reserved(name) is None:

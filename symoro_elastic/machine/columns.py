@@ -20,6 +20,8 @@ Values = tuple[Formula, ...]
 COLUMN, CENTRAL = "column", "central"
 AXES = ("x", "y", "z")
 TENSOR = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
+UPPER = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
+"""Entries of a symmetric tensor in that order, by row and column."""
 
 
 class Dimension(Enum):

@@ -7,9 +7,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from symoro_elastic.foundation.errors import refusing
 from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.described import AnyMachine, DescribedMachine, with_changed_scene
-from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Parameter
 from symoro_elastic.machine.names import IN_USE, NONE, Reasons, why_reserved
 from symoro_elastic.machine.scene import ALL, AT, RequestedPart, Scene
@@ -30,12 +31,10 @@ def with_constants(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     """
     values = {p.name: p.value for p in machine.parameters if p.name in names and p.value is not None}
     remaining = tuple(parameter for parameter in machine.parameters if parameter.name not in values)
-    try:
+    with refusing(machine.label, "parameters", f"{', '.join(values)}: "):
         own = (*WITH_CELLS, *(("drives",) if isinstance(machine, DescribedMachine) else ()))
         cells = {name: _with_values_in(getattr(machine, name), values) for name in own}
         return with_changed_scene(replace(machine, parameters=remaining, **cells), lambda scene: _scene(scene, values))
-    except FormulaError as error:
-        raise machine.error("parameters", f"{', '.join(values)}: {error}") from None
 
 
 def _scene(scene: Scene, values: Mapping[str, Formula]) -> Scene:
@@ -76,7 +75,7 @@ def with_free_numbers(machine: AnyMachine, sections: Collection[str], reserved: 
     The number is that of the joint. Zeros stay: they are structure. Where a name is used already, or `reserved`, or one
     of generated code, it is free_M3 instead.
     """
-    own = {p.name for p in machine.parameters}.union(joint.variable or "" for joint in machine.joints)
+    own = machine.parameter_names.union(joint.variable or "" for joint in machine.joints)
     used = {**reserved, **dict.fromkeys({machine.name, *own, *(joint.name for joint in machine.joints)}, IN_USE)}
     named: list[Parameter] = []
     joints = tuple(_with_free(joint, j, sections, used, named) for j, joint in enumerate(machine.joints, start=1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import chain
 
 import numpy as np
@@ -23,7 +23,7 @@ def flexible_faults(machine: Machine) -> Iterator[tuple[str, str]]:
 
     Models know the deflection, spring, damper and friction of a mode; what else its row had would be left out.
     """
-    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+    rows = machine.rows
     owner: dict[str, str] = {}
     for body in machine.flexible:
         place = f"flexible body {body.joint}"
@@ -51,7 +51,7 @@ def _fault_of_masses(body: FlexibleBody) -> str:
     return ""
 
 
-def _fault_of_mode(machine: Machine, rows: dict[str, int], name: str, body: FlexibleBody) -> str:
+def _fault_of_mode(machine: Machine, rows: Mapping[str, int], name: str, body: FlexibleBody) -> str:
     """Why a row is no mode; empty where it is one."""
     j = rows[name]
     joint = machine.joint(j)

@@ -30,7 +30,7 @@ class FrameNames:
     """
 
     def __init__(self, machine: Machine, by_any_name: bool = False) -> None:
-        rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
+        rows = machine.rows
         numbers = {str(j): j for j in rows.values()}
         variables = {joint.variable: rows[joint.name] for joint in machine.joints if joint.variable}
         self.rows, self.joints = rows, {**numbers, **variables, **rows} if by_any_name else rows

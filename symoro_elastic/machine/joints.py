@@ -6,6 +6,7 @@ parameter names, declared with what it is; `columns` walks over all of them. Not
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -22,8 +23,8 @@ USUAL_ROUNDING = 50
 """Part of a backlash that rounds its edges, unless a rounding is given."""
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
-
-
+INERTIAL = (*TENSOR, "MX", "MY", "MZ", "M")
+"""Inertial parameters of a body, about the origin of its frame."""
 SELECTED = {0: "theta", 1: "r"}
 """Cell that sigma selects: the one that holds the joint variable."""
 
@@ -78,6 +79,28 @@ class Body:
         ),
     )
     central: bool = False
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, Formula]) -> Body:
+        """Return the body with these values of XX .. M."""
+        xx, xy, xz, yy, yz, zz, mx, my, mz, mass = (parameters[name] for name in INERTIAL)
+        return cls(mass, (mx, my, mz), (xx, xy, xz, yy, yz, zz))
+
+    @property
+    def parameters(self) -> dict[str, Formula]:
+        """XX .. M by name; with `central` about the centre of mass, and its coordinates."""
+        return dict(zip(INERTIAL, (*self.inertia, *self.moments, self.mass), strict=True))
+
+    @property
+    def has_inertia(self) -> bool:
+        """Whether the table gives mass, moments or inertia."""
+        return not all(formula.is_zero for formula in self.parameters.values())
+
+    @property
+    def is_balanced(self) -> bool:
+        """Whether turning it about z leaves its mass where it was."""
+        xx, xy, xz, yy, yz, _ = self.inertia
+        return xx.tree == yy.tree and all(x.is_zero for x in (*self.moments[:2], xy, xz, yz))
 
 
 @dataclass(frozen=True)

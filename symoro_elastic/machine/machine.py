@@ -179,6 +179,21 @@ class Machine(Shown):
         return self.joints[j - 1]
 
     @cached_property
+    def rows(self) -> Mapping[str, int]:
+        """Numbers (from 1) of the joints by name."""
+        return {joint.name: j for j, joint in enumerate(self.joints, start=1)}
+
+    @cached_property
+    def parameter_names(self) -> frozenset[str]:
+        """Names of the parameters."""
+        return frozenset(parameter.name for parameter in self.parameters)
+
+    @property
+    def given_values(self) -> dict[str, float]:
+        """Values of the parameters that have one."""
+        return {p.name: p.value.value() for p in self.parameters if p.value is not None}
+
+    @cached_property
     def independent(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints that own an independent variable, in table order: the entries of q."""
         return tuple(j for j in self.with_variable if j not in self.dependent)
@@ -293,8 +308,7 @@ class Machine(Shown):
     @cached_property
     def flexible_bodies(self) -> dict[int, tuple[FlexibleBody, tuple[int, ...]]]:
         """Flexible bodies with the numbers (from 1) of their modes, by the number of the row that they belong to."""
-        numbers = {joint.name: j for j, joint in enumerate(self.joints, start=1)}
-        return {numbers[x.joint]: (x, tuple(numbers[name] for name in x.modes)) for x in self.flexible}
+        return {self.rows[x.joint]: (x, tuple(self.rows[name] for name in x.modes)) for x in self.flexible}
 
     @cached_property
     def modal_rows(self) -> frozenset[int]:
@@ -351,7 +365,7 @@ class Machine(Shown):
     @property
     def largest_deflections(self) -> tuple[float, ...]:
         """Deflections, rad or m, at which bristles slip at rest, where all parameters have values."""
-        values = {p.name: p.value.value() for p in self.parameters if p.value is not None}
+        values = self.given_values
         laws = (self.joint(j).friction for j in self.bristles)
         return tuple(max(x.coulomb.value(values), x.static.value(values)) / x.bristle.value(values) for x in laws)
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.checks import law_faults, start_faults
 from symoro_elastic.machine.columns import Cell, Dimension, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine, DescribedMachine, drives_of
 from symoro_elastic.machine.drives import Drive, Drives, gain_unit, why_wrong
-from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
+from symoro_elastic.machine.formula import Formula, refuse_range
 from symoro_elastic.machine.loops import branches
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -61,10 +61,8 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
     for name, x in values.items():
         if name not in names:
             raise InputError(source, "--value", f"no parameter {quote(name)}{did_you_mean(name, names)}")
-        try:
+        with refusing(source, f"--value, {name}"):
             refuse_range(x)
-        except FormulaError as error:
-            raise InputError(source, f"--value, {name}", str(error)) from None
 
 
 def refuse_wrong_values(machine: Machine, names: Collection[str], values: dict[str, float]) -> dict[str, float]:
@@ -86,10 +84,8 @@ def refuse_wrong_values(machine: Machine, names: Collection[str], values: dict[s
 
 def _refuse(machine: Machine, place: str, dimension: Dimension, formula: Formula, values: Mapping[str, float]) -> None:
     """Raise `InputError` for the value of a cell that depends on parameters, or that has none."""
-    try:
+    with refusing(machine.label, place):
         value = formula.table_value(values)
-    except FormulaError as error:
-        raise InputError(machine.label, place, str(error)) from None
     causes = ", ".join(f"{name} = {values[name]:g}" for name in sorted(formula.names))
     if what := dimension.fault(value, f" by {causes}"):
         raise InputError(machine.label, place, what)

@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
+import numpy as np
+
+from symoro_elastic.machine.columns import UPPER
 from symoro_elastic.machine.format_names import is_robot
 from symoro_elastic.machine.formula import Formula, Tree
 from symoro_elastic.machine.joints import Friction
@@ -16,8 +19,6 @@ ROUNDING = 1e-9
 NEARLY_A_TURN = 1e-3
 FAST = 1e4
 """Ratio beyond which no gear is built."""
-
-Matrix = list[list[float]]
 
 
 def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
@@ -139,13 +140,10 @@ def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
         yield "without mass there can be no " + ("inertia" if any(tensor) else "first moments")
     if mass == 0:
         return
-    matrix = _symmetric(tensor)
-    scale = max(map(abs, tensor))
-    if not body.central:
-        shift = _parallel_axes(moments, mass)
-        matrix = [[matrix[i][k] - shift[i][k] for k in range(3)] for i in range(3)]
-        scale = max(scale, *(abs(entry) for row in shift for entry in row))
-    yield from _principal(_eigenvalues(matrix), ROUNDING * scale)
+    matrix, first = np.array(tensor)[np.array(UPPER)], np.array(moments)
+    shift = (first @ first * np.eye(3) - np.outer(first, first)) / mass if not body.central else np.zeros((3, 3))
+    scale = max(np.abs(matrix).max(), np.abs(shift).max())
+    yield from _principal(np.linalg.eigvalsh(matrix - shift).tolist(), ROUNDING * float(scale))
 
 
 def _turns_only(first_moments: list[float], tensor: list[float]) -> bool:
@@ -162,41 +160,6 @@ def _principal(moments: list[float], rounding: float) -> Iterator[str]:
         yield f"{subject}: {moments[0]:.6g} is negative"
     elif moments[2] > moments[0] + moments[1] + rounding:
         yield f"{subject} violate the triangle inequality: {moments[2]:.6g} exceeds the sum of the other two"
-
-
-def _symmetric(tensor: list[float]) -> Matrix:
-    xx, xy, xz, yy, yz, zz = tensor
-    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-
-
-def _parallel_axes(first_moments: list[float], mass: float) -> Matrix:
-    """Parallel-axis term: inertia about the origin of the mass at its centre."""
-    square = sum(moment * moment for moment in first_moments)
-    return [
-        [((square if i == k else 0.0) - first_moments[i] * first_moments[k]) / mass for k in range(3)] for i in range(3)
-    ]
-
-
-def _eigenvalues(matrix: Matrix) -> list[float]:
-    """Eigenvalues of a symmetric 3x3 matrix, ascending, by Jacobi rotations."""
-    a = [row[:] for row in matrix]
-    for _ in range(12):
-        for i, k in ((0, 1), (0, 2), (1, 2)):
-            if a[i][k] != 0.0:
-                _rotate(a, i, k)
-    return sorted(a[i][i] for i in range(3))
-
-
-def _rotate(a: Matrix, i: int, k: int) -> None:
-    """Make the entry i, k of a symmetric matrix zero."""
-    angle = 0.5 * math.atan2(2.0 * a[i][k], a[i][i] - a[k][k])
-    c, s = math.cos(angle), math.sin(angle)
-    for row in a:
-        row[i], row[k] = c * row[i] + s * row[k], c * row[k] - s * row[i]
-    a[i], a[k] = (
-        [c * x + s * y for x, y in zip(a[i], a[k], strict=True)],
-        [c * y - s * x for x, y in zip(a[i], a[k], strict=True)],
-    )
 
 
 def _moving_nothing(machine: Machine, values: Mapping[str, float]) -> list[str]:
@@ -291,9 +254,8 @@ def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
 
 def _doubled_rotor(joint: Joint) -> Iterator[str]:
     """Warnings about a coupled joint whose row has both the body of a rotor and a rotor inertia."""
-    XX, XY, XZ, YY, YZ, ZZ = joint.body.inertia
-    balanced = XX.tree == YY.tree and all(x.is_zero for x in (XY, XZ, YZ, *joint.body.moments[:2]))
-    if joint.kind == Kind.COUPLED and balanced and not (ZZ.is_zero or joint.rotor_inertia.is_zero):
+    both = not (joint.body.inertia[5].is_zero or joint.rotor_inertia.is_zero)
+    if joint.kind == Kind.COUPLED and joint.body.is_balanced and both:
         yield "inertia ZZ of the body and rotor_inertia are both counted: one of them where they are of the same rotor"
 
 

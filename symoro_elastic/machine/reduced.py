@@ -33,23 +33,12 @@ def rotors(machine: Machine) -> tuple[int, ...]:
     }
     carriers = {joint.antecedent for joint in machine.joints}
     followed = {name for j in machine.articulated for name in machine.joint(j).selected.names}
-    return tuple(
-        j for j, joint in enumerate(machine.joints, start=1)
-        if joint.sigma == 0 and (
-            (j in coaxial and joint.kind is Kind.MOTOR)
-            or (j not in carriers and _is_geared(joint, followed) and _is_balanced(joint.body))
-        )
-    )  # fmt: skip
-
-
-def _is_geared(joint: Joint, followed: Collection[str]) -> bool:
-    return joint.kind is Kind.COUPLED or (joint.kind is Kind.MOTOR and joint.variable in followed)
-
-
-def _is_balanced(body: Body) -> bool:
-    """Return whether turning a body about z leaves its mass where it was."""
-    xx, xy, xz, yy, yz, _ = body.inertia
-    return xx.tree == yy.tree and all(x.is_zero for x in (*body.moments[:2], xy, xz, yz))
+    turning = [(j, joint) for j, joint in enumerate(machine.joints, start=1) if joint.sigma == 0]
+    motors = [j for j, joint in turning if joint.kind is Kind.MOTOR]
+    geared = {j for j in motors if machine.joint(j).variable in followed}
+    geared |= {j for j, joint in turning if joint.kind is Kind.COUPLED}
+    on_gears = {j for j in geared if j not in carriers and machine.joint(j).body.is_balanced}
+    return tuple(sorted(on_gears.union(j for j in motors if j in coaxial)))
 
 
 def spins(machine: Machine) -> dict[str, Formula]:

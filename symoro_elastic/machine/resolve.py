@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from operator import mul
 from typing import TypeVar
 
-from symoro_elastic.foundation.errors import InputError
+import numpy as np
+
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.described import Wanted
-from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import FrameNames, row_under
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -90,10 +91,8 @@ def _frames(texts: Iterable[str], machine: Machine, source: str) -> tuple[str, .
 
 
 def _frame(text: str, machine: Machine, source: str) -> str:
-    try:
+    with refusing(source, "scene, forces", f"{quote(text)}: "):
         part = RequestedPart.parse(text)
-    except FormulaError as error:
-        raise InputError(source, "scene, forces", f"{quote(text)}: {error}") from None
     if part.seen_from or part.by or part.component:
         what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
@@ -209,10 +208,8 @@ def _check_column(name: str, model: str, machine: Machine, models: Models, sourc
 
 
 def _requested_part(text: str, model: str, source: str) -> RequestedPart:
-    try:
+    with refusing(source, f"scene, outputs, {model}", f"{quote(text)}: "):
         return RequestedPart.parse(text)
-    except FormulaError as error:
-        raise InputError(source, f"scene, outputs, {model}", f"{quote(text)}: {error}") from None
 
 
 def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
@@ -258,15 +255,12 @@ def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Mac
 
 
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:
-    parameters = {parameter.name for parameter in machine.parameters}
-    for name in sorted(value.names - parameters):
-        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, parameters)}"
+    for name in sorted(value.names - machine.parameter_names):
+        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, machine.parameter_names)}"
         raise InputError(source, f"scene, {key}", what)
     if not value.names:
-        try:
+        with refusing(source, f"scene, {key}"):
             value.table_value()
-        except FormulaError as error:
-            raise InputError(source, f"scene, {key}", str(error)) from None
 
 
 def resolve_motion(motion: PrescribedMotion, machine: Machine) -> PrescribedMotion:
@@ -377,11 +371,8 @@ def _of_base(base: BaseStart) -> Iterator[Fault]:
         if not abs(length - 1) <= NOT_TURNED:
             yield "base, orientation", f"the length of the quaternion is {length:.4g}: make it 1"
         return
-    rows = [base.orientation[k : k + 3] for k in (0, 3, 6)]
-    worst = max(abs(sum(map(mul, a, b)) - (a is b)) for a in rows for b in rows)
-    a, b, c = rows
-    volume = sum(a[k] * (b[k - 2] * c[k - 1] - b[k - 1] * c[k - 2]) for k in range(3))
-    if not (worst <= NOT_TURNED and volume > 0):
+    R = np.reshape(base.orientation, (3, 3))
+    if not (np.abs(R @ R.T - np.eye(3)).max() <= NOT_TURNED and np.linalg.det(R) > 0):
         yield "base, orientation", "this is not a rotation: give a right-handed orthogonal matrix, row by row"
 
 

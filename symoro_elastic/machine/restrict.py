@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.constants import substitute
 from symoro_elastic.machine.described import AnyMachine
-from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import SELECTED, Cogging, Electrics
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, RequestedPart, Scene
@@ -57,10 +57,8 @@ def with_held_joints(machine: AnyMachine, positions: Mapping[str, Formula], key:
         return machine
     refuse_locking(machine, positions, machine.label, key)
     locked = {str(j.variable): positions[j.name] for j in machine.joints if j.name in positions}
-    try:
+    with refusing(machine.label, f"scene, {key}", f"{', '.join(locked)}: "):
         joints = tuple(_with_locked(joint, locked) for joint in machine.joints)
-    except FormulaError as error:
-        raise machine.error(f"scene, {key}", f"{', '.join(locked)}: {error}") from None
     joints = tuple(_still_if_coupled(joint, machine.variables) for joint in joints)
     starts = [{name: x for name, x in loop.start.items() if name not in locked} for loop in machine.loops]
     loops = tuple(replace(loop, start=start) for loop, start in zip(machine.loops, starts, strict=True))
@@ -76,9 +74,8 @@ def names_to_fold(machine: Machine, scene: Scene) -> tuple[str, ...]:
 
 def refuse_locking(machine: Machine, names: Iterable[str], source: str, key: str = "locked") -> None:
     """Raise `InputError` for a joint, by name, whose variable is not independent; `key` is that of the scene."""
-    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     for name in names:
-        reason = _not_lockable(machine, rows[name]) if name in rows else ""
+        reason = _not_lockable(machine, machine.rows[name]) if name in machine.rows else ""
         if reason:
             raise InputError(source, f"scene, {key}, {name}", reason)
 

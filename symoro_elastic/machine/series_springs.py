@@ -76,7 +76,8 @@ def springs_in_series(machine: Machine) -> Iterator[Series]:
             continue
         first, last = machine.joint(j), machine.joint(rows[-1])
         signs = [_sign(machine.joint(k), first.sigma) for k in rows]
-        if last.kind is Kind.ELASTIC and last.sigma == first.sigma and all(signs) and _rotorless(first, last):
+        rotorless = first.rotor_inertia.is_zero and last.rotor_inertia.is_zero
+        if last.kind is Kind.ELASTIC and last.sigma == first.sigma and all(signs) and rotorless:
             yield Series(j, rows[-1], math.prod(signs), _obstacle(machine, j, rows[-1]))
 
 
@@ -93,10 +94,6 @@ def _massless_rows_beyond(machine: Machine, j: int) -> tuple[int, ...] | None:
         rows.append(carried[0])
         if machine.joint(carried[0]).kind is not Kind.FIXED:
             return tuple(rows)
-
-
-def _rotorless(*joints: Joint) -> bool:
-    return all(joint.rotor_inertia.is_zero for joint in joints)
 
 
 def _sign(joint: Joint, sigma: int) -> int:

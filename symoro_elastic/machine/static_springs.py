@@ -41,9 +41,8 @@ def with_free_springs(machine: Machine) -> Machine:
 def refuse_static(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a joint whose spring a scene cannot leave out of the motion of a machine."""
     source = scene.source or machine.label
-    rows = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     for name in scene.static:
-        reason = _not_static(machine, rows[name]) if name in rows else "the machine has no such joint"
+        reason = _not_static(machine, machine.rows[name]) if name in machine.rows else "the machine has no such joint"
         if reason:
             raise InputError(source, f"scene, static, {name}", reason)
 

@@ -12,7 +12,7 @@ from symoro_elastic.machine.described import DescribedMachine, drives_of, limits
 from symoro_elastic.machine.drives import ONE, Drive, LowPass, Notch, Sought, gain_unit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
-from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
+from symoro_elastic.machine.limits import LIMITED, Range, unit_of
 from symoro_elastic.machine.machine import Machine, known_values
 from symoro_elastic.quantities.frames import BASE
 
@@ -55,11 +55,11 @@ def machine_table(machine: Machine, title: str = "", with_units: bool = False) -
 
 def bodies_table(machine: Machine, title: str = "") -> Table:
     """Return masses, kg, first moments, kg m, and inertias, kg m2, about the origin of each body's frame."""
-    rows = [(joint.name, [formula for _, formula in cells(joint.body)]) for joint in machine.joints]
-    massive = [(name, *map(_written, x)) for name, x in rows if not all(formula.is_zero for formula in x)]
+    massive = [joint for joint in machine.joints if joint.body.has_inertia]
+    rows = [(joint.name, *(_written(formula) for _, formula in cells(joint.body))) for joint in massive]
     units = {1: "kg", 2: "kg m", 3: "kg m2"}
     heads = [f"{name}, {units[1 if name == 'M' else 2 if name[0] == 'M' else 3]}" for name in BODY_COLUMNS]
-    return Table(("body", *heads), massive, title)
+    return Table(("body", *heads), rows, title)
 
 
 def frames_table(machine: Machine, title: str = "") -> Table:
@@ -96,12 +96,8 @@ def beams_table(machine: Machine, title: str = "") -> Table:
     return table
 
 
-def catalogue_json(machine: Machine) -> dict[str, dict[str, str]]:
-    """Return the springs of a machine whose stiffness comes from a catalogue, as in their table."""
-    return _by_first_cell(catalogue_table(machine))
-
-
-def _by_first_cell(table: Table) -> dict[str, dict[str, str]]:
+def by_first_cell(table: Table) -> dict[str, dict[str, str]]:
+    """Return the rows of a table by their first cells: texts by head."""
     return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
 
 
@@ -191,27 +187,15 @@ def drives_lines(machine: Machine) -> list[str]:
     return [f"drive of {row[0]}: {', '.join(parts)}" for row, parts in zip(table.rows, sentences, strict=True)]
 
 
-def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
-    """Return the drives of a machine by motor, as in their table."""
-    return _by_first_cell(drives_table(machine))
-
-
-def beams_json(machine: Machine) -> dict[str, dict[str, str]]:
-    """Return the beams of a machine by name, as in their table."""
-    return _by_first_cell(beams_table(machine))
-
-
 def limits_json(machine: Machine) -> dict[str, Any]:
     """Return low and high end of the limits of a machine, in SI units: of joints by quantity, and of parameters."""
     limits = limits_of(machine)
-    joints = {name: _ranges_of(ranges) for name, ranges in limits.joints.items()}
+    joints = {
+        name: {key: [x.low, x.high] for key in LIMITED if (x := getattr(ranges, key)) is not None}
+        for name, ranges in limits.joints.items()
+    }
     parameters = {name: [interval.low, interval.high] for name, interval in limits.parameters.items()}
     return {"joints": joints, "parameters": parameters}
-
-
-def _ranges_of(limits: JointLimits) -> dict[str, list[float]]:
-    ranges = {name: getattr(limits, name) for name in LIMITED}
-    return {name: [interval.low, interval.high] for name, interval in ranges.items() if interval is not None}
 
 
 def _range(interval: Range | None, unit: str) -> str:
@@ -248,8 +232,7 @@ def _sum_text(variable: str, offset: str) -> str:
 
 
 def _body(joint: Joint) -> str:
-    massless = all(formula.is_zero for _, formula in cells(joint.body))
-    return "massless" if massless else f"M = {joint.body.mass}"
+    return f"M = {joint.body.mass}" if joint.body.has_inertia else "massless"
 
 
 def _law(joint: Joint, with_units: bool = False) -> str:

@@ -25,12 +25,12 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.fitting.evidence import Evidence, OtherData
-from symoro_elastic.measured.logs.regression import RegressorColumn, nominal_body
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.vibration_tests.measured import VibrationTests
 from symoro_elastic.measured.vibration_tests.unknowns import positive_inertias
 from symoro_elastic.measured.vibration_tests.updated import Settings, Updated, update
 from symoro_elastic.numerics.linear.independence import IndependentColumns
+from symoro_elastic.numerics.linear.regressor import RegressorColumn, nominal_body
 
 OF_TESTS = frozenset({"M", "XX", "YY", "ZZ", "IA", "FV", "K", "DA"})
 """Quantities of a log that are functions of the unknowns of vibration tests."""
@@ -56,7 +56,7 @@ def fit_jointly(
     """
     named, identified = with_named_cells(machine), log.identification
     theta = partial(column_values, named, _sought_columns(identified))
-    values = {p.name: p.value.value() for p in named.parameters if p.value is not None} | dict(log.values)
+    values = named.given_values | dict(log.values)
     candidates = [name for name in positive_inertias(machine) if _changes(theta, values, name)]
     informed = tuple(name for name in candidates if name not in settings.seek)
     other = OtherData(informed, partial(evidence_of, identified, theta, values))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -140,7 +140,7 @@ def _loop_json(machine: Machine, described: DescribedLoop) -> dict[str, Any]:
         "closes": plan.loop.closes.value,
         "form": plan.form.value,
         "maps": described.maps,
-        "dependent": _names(machine, plan.dependent),
+        "dependent": [machine.joint(j).name for j in plan.dependent],
         "start": described.start,
         "found": described.found,
         "signs": {machine.joint(j or plan.loop.cut).name: sign for j, sign in plan.signs.items()},
@@ -155,7 +155,3 @@ def _loop_json(machine: Machine, described: DescribedLoop) -> dict[str, Any]:
 def _rotor_json(rotor: Rotor) -> dict[str, Any]:
     speed = rotor.speed if math.isfinite(rotor.speed) else None
     return {"body": rotor.has_body, "speed": speed, "turning": list(rotor.turning)}
-
-
-def _names(machine: Machine, joints: Sequence[int]) -> list[str]:
-    return [machine.joint(j).name for j in joints]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Sequence
 
 from symoro_elastic.analysis.time_series.measurements import NAMED_COLUMNS
@@ -11,8 +12,11 @@ from symoro_elastic.formats.robots.standard_dh import COLUMNS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
 from symoro_elastic.formats.toml.motion_keys import OF_MOTION
+from symoro_elastic.formats.toml.schema import SCHEMAS
 from symoro_elastic.formats.toml.vibration_tests import TESTS
+from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.formula import FUNCTIONS, PI
+from symoro_elastic.models.programs.catalogue import MODELS
 from symoro_elastic.quantities.unit_reader import CUSTOMARY, PREFIXES, SI
 
 URDF = """## Robots in URDF (`.urdf`)
@@ -278,8 +282,10 @@ def formats_page() -> str:
     ]
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
-    blocks += [*_robot_blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
-    blocks += [SERIES, _table(COLUMN, _columns()), "## Vibration tests (`.toml`)", *_section(TESTS)]
+    distal = ((f"`{x.name}`", x.unit, x.default, x.meaning, f"`{x.example}`") for x in COLUMNS)
+    blocks += [URDF, MJCF, DISTAL, _table(("column", "unit", "default", "meaning", "example"), distal)]
+    series = ((f"`{x.name}`", x.unit, x.meaning, f"`{x.example}`") for x in NAMED_COLUMNS)
+    blocks += [SERIES, _table(COLUMN, series), "## Vibration tests (`.toml`)", *_section(TESTS)]
     blocks += [TESTS_AND_FILES, _table(COLUMN, TEST_COLUMNS)]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
@@ -300,7 +306,7 @@ def _section(section: Section) -> list[str]:
             f"`{key.name}`",
             key.type.title,
             key.unit,
-            "must be given" if key.is_required else key.otherwise,
+            "must be given" if key.is_required else key.default_in_words,
             key.meaning,
             key.example and f"`{key.example}`",
         )
@@ -317,26 +323,12 @@ def _par() -> Iterator[str]:
         yield _table(("key", "unit", "default", "meaning", "example"), rows)
 
 
-def _columns() -> Iterator[Sequence[str]]:
-    """Rows of the columns of motions and measurements."""
-    for column in NAMED_COLUMNS:
-        yield f"`{column.name}`", column.unit, column.meaning, f"`{column.example}`"
-
-
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |".replace("|  |", "| |") for line in lines)
 
 
-# The part of the reference of file formats that is about robots as links and joints, and about distal tables.
-def _robot_blocks() -> Iterator[str]:
-    """The sections on URDF, on MJCF and on distal tables."""
-    yield URDF
-    yield MJCF
-    yield DISTAL
-
-
-def distal_columns() -> Iterator[Sequence[str]]:
-    """Rows of the columns of distal tables."""
-    for column in COLUMNS:
-        yield f"`{column.name}`", column.unit, column.default, column.meaning, f"`{column.example}`"
+def schema(kind: str) -> str:
+    """Return the JSON Schema of a kind of TOML files (machine, scene, tests); raises `InputError` for others."""
+    among((kind,), [*SCHEMAS], "FILE")
+    return json.dumps(SCHEMAS[kind](MODELS), indent=2) + "\n"

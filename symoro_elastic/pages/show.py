@@ -1,17 +1,101 @@
-"""Tables for the terminal, and the same values as plain data for `--json`."""
+"""What `show` says of a machine: tables and sentences, and the same values as plain data."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from symoro_elastic.codegen.package_context import SINGULAR
-from symoro_elastic.foundation.results import Table, plain
-from symoro_elastic.models.bound.joint_axes import PlacedMachine
-from symoro_elastic.models.programs.catalogue import MODELS, Model
-from symoro_elastic.quantities import MOTION
+from symoro_elastic.foundation.results import Part, Table, plain
+from symoro_elastic.generation.pipeline import zero_pivots
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.views import (
+    beams_table,
+    by_first_cell,
+    catalogue_table,
+    drives_table,
+    frames_json,
+    limits_json,
+    machine_table,
+    other_tables,
+    parameter_lines,
+)
+from symoro_elastic.models.bound.joint_axes import PlacedMachine, placed_machine
+from symoro_elastic.numerics.linear.grouping import BaseParameters, base_parameters
+from symoro_elastic.pages.closed_chains import ClosedChain, closed_chain, closed_chain_json, closed_chain_lines
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a machine is at a position: loops, axes, base parameters, and joints of singular inertia."""
+
+    chain: ClosedChain
+    placement: PlacedMachine
+    base: BaseParameters
+    degenerate: Sequence[str]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the description as plain data."""
+        machine, base = self.chain.machine, self.base
+        by_kind = {kind: [joint.name for joint in machine.joints if joint.kind is kind] for kind in Kind}
+        return {
+            "name": machine.name,
+            "joints": [joint.name for joint in machine.independent_joints],
+            "motors": by_kind[Kind.MOTOR],
+            "elastic": by_kind[Kind.ELASTIC],
+            **closed_chain_json(self.chain),
+            "position": plain(self.placement.q),
+            "axes": {
+                one.joint.name: {"origin": plain(one.origin), "axis": plain(one.axis)} for one in self.placement.joints
+            },
+            "gravity": [str(x) for x in machine.base.gravity],
+            "frames": frames_json(machine),
+            "parameters": [p.name for p in machine.parameters],
+            "beams": by_first_cell(beams_table(machine)),
+            "catalogue_springs": by_first_cell(catalogue_table(machine)),
+            "limits": limits_json(machine),
+            "drives": by_first_cell(drives_table(machine)),
+            "base_parameters": base.formulas,
+            "base_parameters_parts": base.parts,
+            "base_parameters_zero": base.zero,
+            "base_parameters_check": base.check,
+            "base_parameters_condition": base.condition,
+            "degenerate": self.degenerate,
+        }
+
+    def parts(self, width: int) -> Iterator[Part]:
+        """Yield tables and sentences in their order; lists of parameters are wrapped at the width."""
+        machine, base = self.chain.machine, self.base
+        yield machine_table(machine, machine.name)
+        yield axes_table(self.placement, "origins and axes in frame 0")
+        yield from other_tables(machine)
+        yield machine.gravity_in_words
+        for line in parameter_lines(machine):
+            yield textwrap.fill(line, width, subsequent_indent="  ")
+        if machine.floating:
+            orientation, quantity = machine.floating.orientation, machine.floating.known
+            yield f"floating base: {orientation} and {quantity} given, M = {machine.floating.body.mass}"
+        yield from closed_chain_lines(self.chain)
+        yield f"\nbase inertial parameters: {base.check}"
+        for name, formula in {**base.parts, **base.formulas}.items():
+            yield f"  {name} = {formula}"
+        if base.zero:
+            yield f"  zero for these bodies: {', '.join(base.zero)}"
+        yield base.conditioning
+        yield from [f"degenerate: {message}" for message in self.degenerate] or ["no degenerate joints"]
+
+
+def description(machine: Machine, scene: Scene, position: Mapping[str, float]) -> Description:
+    """Return the description of a machine restricted to a scene; raises `InputError`."""
+    part = restrict(machine, scene)
+    placement = placed_machine(part, position)
+    degenerate = [f"{joints}: {message}" for message, joints in zero_pivots(machine, scene)]
+    return Description(closed_chain(part, placement), placement, base_parameters(part), degenerate)
+
 
 MOVES = ("turns about", "slides along", "is fixed, z:")
 DIRECTIONS: dict[tuple[float, ...], str] = {
@@ -32,16 +116,6 @@ def axes_table(placement: PlacedMachine, title: str = "") -> Table:
     return table
 
 
-def position_json(placement: PlacedMachine) -> dict[str, float | None]:
-    """Return the position by joint, rad or m."""
-    return dict(plain(placement.q))
-
-
-def axes_json(placement: PlacedMachine) -> dict[str, Any]:
-    """Return origin, m, and axis of the joints in frame 0, null if they depend on parameters without value."""
-    return {joint.joint.name: {"origin": plain(joint.origin), "axis": plain(joint.axis)} for joint in placement.joints}
-
-
 def _direction(axis: Sequence[float]) -> str:
     x, y, z = (_without_rounding(x, 1.0) for x in axis)
     return DIRECTIONS.get((x, y, z)) or f"{_number(x)}, {_number(y)}, {_number(z)}"
@@ -55,58 +129,3 @@ def _without_rounding(x: float, size: float) -> float:
 
 def _number(x: float) -> str:
     return "-" if math.isnan(x) else f"{x + 0.0:.6g}"
-
-
-def catalogue_json() -> dict[str, Any]:
-    """Return every model: its family, arguments and results with shape and meaning, equations."""
-    return {
-        "models": {
-            model.name: {
-                "title": model.title,
-                "family": model.family,
-                "equations": model.equations,
-                "arguments": {name: _description(model, name) for name in model.arguments},
-                "results": {name: _description(model, name) for name in model.results},
-            }
-            for model in MODELS.values()
-        },
-        "notes": list(NOTES),
-    }
-
-
-def _description(model: Model, name: str) -> list[str]:
-    """Shape and meaning of an argument or result."""
-    row = model.quantity(name)
-    return [row.shape, row.sentence]
-
-
-def catalogue_lines(width: int) -> list[str]:
-    """Return every model with its arguments and equations, then a line or two for each of its results."""
-    rows = [(name, *_description(model, name)) for model in MODELS.values() for name in model.results]
-    names, shapes = (max(len(row[k]) for row in rows) for k in (0, 1))
-    lines = []
-    for model in MODELS.values():
-        lines.append(f"{model.name} of {_shown_arguments(model)} {model.equations}".rstrip())
-        for name in model.results:
-            shape, meaning = _description(model, name)
-            head = f"  {name:{names}}  {shape:{shapes}}  "
-            lines += textwrap.wrap(head + meaning, width, subsequent_indent=" " * len(head), break_on_hyphens=False)
-    return lines
-
-
-NOTES = (
-    "n joints that move, m motors, so n - m elastic and passive joints; s static joints; frames: all rows of the "
-    "table, or those a scene asks for ('tool at (0.1, 0, L2)' is a point in axes of tool, m)",
-    "'tool in ram': geometric_model gives the placement of tool relative to ram; velocities, accelerations, jacobian "
-    "and jacobian_dot_qd give its motion relative to frame 0, with components along the axes of ram",
-    "inverse models: a target that is out of reach by more than rounding (1e-12) has no solution, so that fewer joints "
-    "than it has degrees of freedom (6, or 3 for a position) need a target of 12 digits",
-    "y ...: y and as many derivatives by time as the chain needs: yd, ydd, yddd ...",
-    f"where a model solves for accelerations: {SINGULAR}, and so are their derivatives",
-)
-
-
-def _shown_arguments(model: Model) -> str:
-    wanted = {row.name for row in MOTION}
-    names = [name for name in model.arguments if name not in wanted]
-    return ", ".join([*names, *(["y ..."] if len(names) < len(model.arguments) else [])]) or "p"

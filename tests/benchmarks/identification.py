@@ -26,8 +26,8 @@ from symoro_elastic.measured.fitting.estimates import Verdict
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.measured.logs.friction_laws import LOAD, FrictionLaws
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.linear.regressor import Regressor, regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.machines import Row, arm_6, built, example
 from tests.benchmarks.tables import Error, Run, add_options, has_table_run, print_table, progress, run_of, save_json

@@ -31,8 +31,8 @@ from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Spring
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.measured.logs.friction_laws import FrictionLaws
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.linear.regressor import Regressor, regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.identification import FAULTS, Fault, bare, errors_of, run_of_log, with_friction
 from tests.benchmarks.machines import Row, built

@@ -19,8 +19,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Machine
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.pseudo_inertia import inertial_parameters, pseudo_inertia
-from symoro_elastic.measured.logs.regression import nominal_body, regressor
 from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.linear.regressor import nominal_body, regressor
 from tests.benchmarks.identification import FAULTS, bare, run_of_log
 from tests.benchmarks.sensors import Sensing, three_axis
 from tests.benchmarks.tables import Run, print_or_run_table

@@ -31,9 +31,9 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.measured.logs.identified import Identified
 from symoro_elastic.measured.logs.pseudo_inertia import pseudo_inertia
-from symoro_elastic.measured.logs.regression import nominal_body
 from symoro_elastic.measured.logs.validation import Fit, validation_of
 from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.linear.regressor import nominal_body
 from tests.benchmarks.tables import print_table
 
 PANDA, UR10E, FIGAROH = "FrankaEmikaPandaDynModel", "dynamic_calibration", "figaroh-examples"

@@ -29,8 +29,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion
 from symoro_elastic.measured.logs.identify import identify
-from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.linear.regressor import Regressor, regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.identification import ARM, FAULTS, LIGHT, LIGHT_NOISE, light_arm, run_of_log, with_friction
 from tests.benchmarks.machines import arm_6

@@ -13,7 +13,7 @@ from symoro_elastic.analysis.vibration.comparison import compare
 from symoro_elastic.analysis.vibration.views import frequencies_table, losses_table
 from symoro_elastic.cli import output
 from symoro_elastic.foundation.results import Table
-from symoro_elastic.pages.show import catalogue_lines
+from symoro_elastic.pages.models_page import catalogue_lines
 from tests.analysis.vibration.test_reduced import arm
 from tests.command_line import EXAMPLES, run
 

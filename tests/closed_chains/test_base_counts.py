@@ -22,12 +22,12 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.measured.logs.identify import structural_grouping
-from symoro_elastic.measured.logs.regression import regressor
 from symoro_elastic.mechanics.regressor import INERTIAL, parameters_of
 from symoro_elastic.numerics.evaluation.random_motion import random_motion
 from symoro_elastic.numerics.evaluation.values import parameter_values
 from symoro_elastic.numerics.linear.grouping import BaseParameters, base_parameters
 from symoro_elastic.numerics.linear.rank import Stacked, enough_states, stacked_regressor
+from symoro_elastic.numerics.linear.regressor import regressor
 from tests.closed_chains.machines import FILES
 from tests.closed_chains.test_base_parameters import ALIKE
 

@@ -16,7 +16,7 @@ from symoro_elastic.machine.beams.errors import bending_of
 from symoro_elastic.machine.beams.places import places_of
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.views import beams_json
+from symoro_elastic.machine.views import beams_table, by_first_cell
 from tests.command_line import EXAMPLES
 from tests.formats.test_beams import TIPS
 from tests.references.beams import clamped_bar, clamped_beam, free_beam
@@ -92,7 +92,7 @@ def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
     machine = drawn.read(f'joints = "auto", up_to = {highest!r}, tolerance = {tolerance!r}')
     (beam,) = machine.origin.beams
     assert drawn.errors(f'joints = {beam.joints}, rule = "{beam.rule}"', highest).max() < tolerance
-    shown = beams_json(machine)["wall"]
+    shown = by_first_cell(beams_table(machine))["wall"]
     assert (shown["rule"], shown["joints or modes"]) == (beam.rule, str(beam.joints))
     assert f" % up to {highest:g} Hz" in shown["predicted errors"] and ", root clamped, " in shown["predicted errors"]
     if beam.joints > 2:
@@ -195,10 +195,10 @@ def test_without_a_band_or_without_values_there_are_four() -> None:
     plain = read('joints = "auto"')
     assert (plain.origin.beams[0].joints, plain.origin.beams[0].rule) == (4, "fitted")
     assert plain.joints == read("joints = 4").joints
-    assert beams_json(plain)["turn"]["predicted errors"] == "no up_to"
+    assert by_first_cell(beams_table(plain))["turn"]["predicted errors"] == "no up_to"
     unknown = read('joints = "auto", up_to = 100', ARM.replace("value = 1.2, ", ""))
     assert unknown.origin.beams[0].joints == 4
-    assert beams_json(unknown)["turn"]["predicted errors"] == "parameters without value"
+    assert by_first_cell(beams_table(unknown))["turn"]["predicted errors"] == "parameters without value"
 
 
 def test_a_rule_of_the_file_is_kept() -> None:

@@ -17,7 +17,7 @@ from symoro_elastic.machine.beams.sections import AXIAL, TORSION
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.joints import Kind, Spring
-from symoro_elastic.machine.views import beams_json
+from symoro_elastic.machine.views import beams_table, by_first_cell
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.references.beams import clamped_bar, clamped_beam, free_beam
 
@@ -308,7 +308,7 @@ def test_children_frames_and_numbers_of_rows_are_at_the_end() -> None:
 
 def test_beams_are_shown() -> None:
     """A clamped tube of 1.2 m: mass by its section, frequencies by the textbook's formulas."""
-    shown = beams_json(read(ARM))["slide"]
+    shown = by_first_cell(beams_table(read(ARM)))["slide"]
     area, moment = np.pi / 4 * (0.12**2 - 0.1**2), np.pi / 64 * (0.12**4 - 0.1**4)
     bending = 1.8751040687**2 / (2 * np.pi * 1.2**2) * np.sqrt(2.1e11 * moment / (7850 * area))
     torsion = np.sqrt(2.1e11 / 2.6 / 7850) / (4 * 1.2)

@@ -7,10 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
@@ -18,7 +15,6 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import MOST_JOINTS, check, formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.machine.plausibility import _eigenvalues
 from tests.machine.samples import TOML
 from tests.references.random_machines import planar_2r
 
@@ -76,14 +72,6 @@ def test_inertia_that_no_body_has(body: str, said: str) -> None:
 )
 def test_inertia_that_some_body_has(body: str) -> None:
     assert warnings(INERTIA, body) == []
-
-
-@given(st.lists(st.floats(-10, 10).filter(lambda x: x == 0 or abs(x) > 1e-9), min_size=6, max_size=6))
-@settings(max_examples=100, deadline=None)
-def test_eigenvalues(tensor: list[float]) -> None:
-    xx, xy, xz, yy, yz, zz = tensor
-    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    assert _eigenvalues(matrix) == pytest.approx(list(np.linalg.eigvalsh(np.array(matrix))), abs=1e-12)
 
 
 @pytest.mark.parametrize(

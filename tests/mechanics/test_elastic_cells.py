@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from symoro_elastic.generation.pipeline import prepare_given
+from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.elastic_cells import elastic_cells
 from symoro_elastic.models.bound.bind import Bound
@@ -60,7 +60,7 @@ def machine(joints: Sequence[Row], seed: int = 0, **more: Any) -> Machine:
             inertia = [round(draw(0.2, 0.3), 3) if k in (0, 3, 5) else round(draw(-0.1, 0.1), 3) for k in range(6)]
             bodies[name] = {"mass": round(draw(1, 9), 3), "center_of_mass": center, "inertia": inertia}
     tables = {"name": "suspended", "gravity": [0.5, -1, -9.81], "joints": list(joints), **more}
-    return prepare_given(tables | {"bodies": bodies | more.get("bodies", {}), "springs": springs})
+    return prepare(tables | {"bodies": bodies | more.get("bodies", {}), "springs": springs})
 
 
 AXIS: Row = {"name": "axis", "kind": "motor", "antecedent": 0, "sigma": 1, "r": "q1"}

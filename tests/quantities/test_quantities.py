@@ -86,9 +86,8 @@ def _momenta(bound: Bound, asked: Joints) -> Results:
 @pytest.fixture
 def momenta(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     monkeypatch.setitem(QUANTITIES, "L", MOMENTUM)
-    monkeypatch.setitem(
-        MODELS, "momenta", Model("momenta", "generalised momenta", "[8]", ("q", "qd"), ("L",), _momenta, "toys")
-    )
+    model = Model("momenta", "generalised momenta", "[8]", ("q", "qd"), ("L",), _momenta, family="toys")
+    monkeypatch.setitem(MODELS, model.name, model)
     INTERMEDIATES.append(SHARE)
     yield "momenta"
     INTERMEDIATES.remove(SHARE)

@@ -107,7 +107,7 @@ def _with_base_parameters(machine: Machine, values: Values, notes: list[str]) ->
     if check.refused:
         return None
     values_of_base = {**values, **grouping.values(values)}
-    if not {p.name for p in grouping.machine.parameters} <= values_of_base.keys():
+    if not grouping.machine.parameter_names <= values_of_base.keys():
         return None
     return grouping.machine, values_of_base
 

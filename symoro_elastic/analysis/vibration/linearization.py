@@ -27,7 +27,6 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.mechanics.coordinates import product
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.independent_joints import line_on_undetermined
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -359,10 +358,8 @@ def _velocities(linear: Linearization) -> list[Scalar]:
     """Return the expressions of velocities of inputs and outputs, and of motors."""
     motion = linear.motion
     signals = (*inputs(motion.given, linear.inputs), *outputs(motion.given, linear.outputs))
-    machine, coordinates = motion.machine, motion.bound.coordinates
-    rows = [(coordinates.S_x if j in machine.with_variable else coordinates.S)[j] for j in machine.motors]
     of_signals = [root_of(motion, s, at_rest=True) for s in signals]
-    return of_signals + [product(row, motion.bound.qd) for row in rows[: len(linear.motors)]]
+    return of_signals + [motion.bound.rate(motion.machine.motors[m]) for m in range(len(linear.motors))]
 
 
 def _row_slopes(linear: Linearization, slopes: Array) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.formats.joint_cells import OTHER, SELECTED, formula, offset_of, whole
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, formula, offset_of, rows_by_name, whole
 from symoro_elastic.formats.par.syntax import BODY, GEOMETRIC, INERTIAL, JOINT, VECTORS, ParText
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import declared_columns as columns_of
@@ -46,10 +46,6 @@ class Counts:
     def frames(self) -> int:
         """Number of rows, NF = NJ + B."""
         return self.joints + self.loops
-
-    def is_cut(self, j: int) -> bool:
-        """Whether row j is a cut joint."""
-        return self.bodies < j <= self.joints
 
     def is_end(self, j: int) -> bool:
         """Whether row j is the frame that a cut joint meets."""
@@ -163,7 +159,7 @@ class Columns:
     def kind(self, j: int) -> Kind:
         """Kind of a joint by its row, sigma, eta and mu; a joint without motor and spring is passive, or coupled."""
         fixed = self.whole("sigma", j, 0) == 2
-        if self.counts.is_cut(j):
+        if self.counts.bodies < j <= self.counts.joints:
             return self._cut(j)
         if self.counts.is_end(j) and not fixed:
             raise InputError(self.source, self.place(j, "sigma"), self._no_end(j))
@@ -225,10 +221,7 @@ def owned_names(names: Mapping[int, Collection[str]], optional: Collection[int])
     where other rows own all their names; a name that such a row has alone is not taken from one that must own one.
     """
     candidates = {j: set(options) for j, options in names.items()}
-    holders: dict[str, list[int]] = {}
-    for j, options in candidates.items():
-        for name in options:
-            holders.setdefault(name, []).append(j)
+    holders = rows_by_name(candidates)
     waiting = deque(j for j, options in candidates.items() if len(options) == 1)
     visited: set[tuple[str, bool]] = set()
     while waiting:
@@ -296,10 +289,7 @@ class _Cells:
 
     def _named_by_followers(self, candidates: Candidates) -> Candidates:
         """Ambiguous rows with one name that a coupled row needs, since no other row may own it."""
-        owners: dict[str, list[int]] = {}
-        for j, names in candidates.items():
-            for name in names:
-                owners.setdefault(name, []).append(j)
+        owners = rows_by_name(candidates)
         narrowed: Candidates = {}
         for j in self._without_leader(candidates):
             possible = [(i, name) for name in self.names[j] for i in owners.get(name, ())]

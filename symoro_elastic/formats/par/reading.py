@@ -17,7 +17,7 @@ from symoro_elastic.formats.par.writing import Declared, kind_flags, layout, lis
 from symoro_elastic.formats.toml.keys import MACHINE, OF_JOINTS
 from symoro_elastic.formats.toml.reading import body_of, machine_of
 from symoro_elastic.formats.toml.tables import Number, Table
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.columns import cells, declared_columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import SYMORO
@@ -182,10 +182,8 @@ class ParTable:
         """Return a body about its centre of mass, which must equal that of the lists."""
         written = body_of(Table({"mass": own.get("mass", 0), **in_block}, self.source, place))
         listed_ = body_of(Table(own, self.source, place))
-        try:
+        with refusing(self.source, place):
             agree = about_origin(written) == normal(listed_)
-        except FormulaError as error:
-            raise InputError(self.source, place, str(error)) from None
         if not agree:
             what = "does not agree with the lists XX to M: change both, or remove the body in TOML"
             raise InputError(self.source, place, what)

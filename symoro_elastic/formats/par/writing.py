@@ -107,10 +107,9 @@ def _rows(machine: DescribedMachine, variables: bool) -> list[list[tuple[str, st
 
 def _ambiguous_variables(machine: DescribedMachine) -> dict[str, str]:
     """Variables of joints whose cells hold other variables, or that occur in other cells."""
-    parameters = {parameter.name for parameter in machine.parameters}
-    holders = Counter(name for joint in machine.joints for name in joint.selected.names - parameters)
+    holders = Counter(name for joint in machine.joints for name in joint.selected.names - machine.parameter_names)
     owners = [joint for joint in machine.joints if joint.variable]
-    shared = [joint for joint in owners if joint.variable in holders or joint.selected.names - parameters]
+    shared = [joint for joint in owners if joint.variable in holders or joint.selected.names - machine.parameter_names]
     return {joint.name: str(joint.variable) for joint in shared}
 
 

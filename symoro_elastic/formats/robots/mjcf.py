@@ -427,19 +427,18 @@ class Forces:
         model, j = self.bodies.model, freedom.number
         if reason := next(self._faults(freedom), None):
             raise self.bodies.compiled.error(f"joint {quote(self.bodies.joint_names[j])}", reason)
+        v, gears, damped = model.jnt_dofadr[j], self.gears(j), not self.off("DAMPER")
+        damping = damped * float(model.dof_damping[v])
         if freedom.type is JointType.FLOATING:
-            damping = 0.0 if self.off("DAMPER") else float(model.dof_damping[model.jnt_dofadr[j]])
             return {"driven": False, "damping": damping}
         if self._is_ball(freedom):
-            damping = 0.0 if self.off("DAMPER") else float(model.dof_damping[model.jnt_dofadr[j]])
             return {"driven": False, "ball": damping * freedom.name.rstrip("_").endswith("_z")}
-        v, gears = model.jnt_dofadr[j], self.gears(j)
         stiffness = 0.0 if self.off("SPRING") else float(model.jnt_stiffness[j])
-        damping = model.dof_damping[v] + sum(gear**2 * model.actuator_damping[a] for a, gear in gears)
+        damping += damped * sum(gear**2 * float(model.actuator_damping[a]) for a, gear in gears)
         return {
             "stiffness": stiffness,
             "neutral": float(model.qpos_spring[model.jnt_qposadr[j]]) if stiffness else 0.0,
-            "damping": 0.0 if self.off("DAMPER") else float(damping),
+            "damping": damping,
             "friction": 0.0 if self.off("FRICTIONLOSS") or self.off("CONSTRAINT") else float(model.dof_frictionloss[v]),
             "rotor_inertia": float(model.dof_armature[v] + sum(g**2 * model.actuator_armature[a] for a, g in gears)),
             "driven": bool(gears) or (not model.nu and not stiffness),

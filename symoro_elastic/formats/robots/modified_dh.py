@@ -445,16 +445,12 @@ def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: fl
 
 def together(links: Iterable[tuple[Link, Placement]]) -> Link:
     """Return the link equivalent to links with these placements, in the frame of the placements."""
-    inertias = [(x.mass, at.rotation @ x.center + at.translation, _inertia_in_axes(x, at)) for x, at in links]
+    turned = [(x, at.rotation @ x.center + at.translation, at.rotation) for x, at in links]
+    inertias = [(x.mass, center, A @ x.inertia @ A.T) for x, center, A in turned]
     mass = float(sum(m for m, _, _ in inertias))
     center = sum((m * c for m, c, _ in inertias), np.zeros(3)) / mass if mass else np.zeros(3)
     inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in inertias), np.zeros((3, 3)))
     return Link("", mass, center, inertia, frame_only=not mass and not np.any(inertia))
-
-
-def _inertia_in_axes(link: Link, place: Placement) -> Array:
-    """The inertia of a link about its centre of mass, in axes of the frame in which it is placed."""
-    return np.asarray(place.rotation @ link.inertia @ place.rotation.T)
 
 
 def _point_mass(c: Array) -> Array:

@@ -28,6 +28,7 @@ from symoro_elastic.formats.robots.robot import (
     Placement,
 )
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import refusing
 from symoro_elastic.machine.checks import parameter_values, place_of
 from symoro_elastic.machine.columns import Cell, cells
 from symoro_elastic.machine.described import DescribedMachine, limits_of
@@ -106,13 +107,12 @@ class _Robot:
     @cached_property
     def frames(self) -> dict[int, list[tuple[str, Placement]]]:
         """Named frames by the row that carries them: names without their kind, and placements."""
-        rows = {joint.name: j for j, joint in enumerate(self.machine.joints, start=1)}
         frames: dict[int, list[tuple[str, Placement]]] = {}
         for frame in self.machine.frames:
             place = f"frame {frame.name}"
             x, y, z, *rpy = (self._number(place, cell, formula) for cell, formula in cells(frame))
             placed_frame = kind_and_name(frame.name)[1], Placement(rotation(*rpy), np.array([x, y, z]))
-            frames.setdefault(rows.get(frame.on, 0), []).append(placed_frame)
+            frames.setdefault(self.machine.rows.get(frame.on, 0), []).append(placed_frame)
         return frames
 
     @cached_property
@@ -242,10 +242,8 @@ class _Robot:
                 raise self.machine.error(f"{place}, {cell.label}", what)
             what = f"parameter {name} in {cell.label} has no value, and {self.holds.title} holds numbers only"
             raise self.machine.error(place, f"{what}: give it one")
-        try:
+        with refusing(self.machine.label, f"{place}, {cell.label}"):
             return formula.table_value(self.values)
-        except FormulaError as error:
-            raise self.machine.error(f"{place}, {cell.label}", str(error)) from None
 
     def _link(self, j: int, body: Body, place: str) -> Link:
         """The link of a body, with its inertia about its centre of mass."""
@@ -371,7 +369,8 @@ def with_frames_as_links(robot: Description) -> Description:
     """The robot whose further frames are links without mass on fixed joints, two at one place a link and its joint."""
     places: list[list[PlacedFrame]] = []
     for frame in robot.frames:
-        pair = next((x for x in places if len(x) == 1 and _is_same(x[0], frame)), None)
+        same = (x for x in places if x[0].link == frame.link and len(x) == 1)
+        pair = next((x for x in same if np.array_equal(x[0].placement.matrix, frame.placement.matrix)), None)
         if pair:
             pair.append(frame)
         else:
@@ -389,10 +388,6 @@ def with_frames_as_links(robot: Description) -> Description:
         for frames in places
     )
     return replace(robot, links=(*robot.links, *links), joints=(*robot.joints, *joints), frames=())
-
-
-def _is_same(first: PlacedFrame, second: PlacedFrame) -> bool:
-    return first.link == second.link and np.array_equal(first.placement.matrix, second.placement.matrix)
 
 
 def size_of(robot: Description) -> float:

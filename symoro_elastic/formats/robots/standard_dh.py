@@ -22,12 +22,12 @@ from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, PlacedFrame, Placement
 from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine import formula
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.rounded_angles import part_of_turn, remark_on
 from symoro_elastic.quantities.frames import JOINT, LINK
-from symoro_elastic.quantities.unit_reader import UnitError, conversion
+from symoro_elastic.quantities.unit_reader import conversion
 
 GRAVITY = (0.0, 0.0, -9.81)
 BASE, TOOL = "base", "tool"
@@ -132,10 +132,8 @@ def describe(text: str, source: str) -> Description:
     settings = dict(_settings(text, source))
     written = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     separator = separator_of(written[0] if written else "")
-    try:
+    with refusing(source, "file", "is not a table of columns: ", csv.Error):
         lines = list(csv.reader(written, delimiter=separator))
-    except csv.Error as error:
-        raise InputError(source, "file", f"is not a table of columns: {error}") from None
     if separator != COMMA:
         lines = [*lines[:1], *_with_points(lines[1:], source)]
     if len(lines) < 2:
@@ -188,10 +186,9 @@ def _convention(text: str, place: str, source: str) -> str:
 def _with_points(rows: Iterable[Sequence[str]], source: str) -> Iterator[list[str]]:
     decimals = Decimals()
     for number, cells in enumerate(rows, start=1):
-        try:
-            yield decimals.with_points(cells)
-        except ValueError as error:
-            raise InputError(source, f"row {number}", str(error)) from None
+        with refusing(source, f"row {number}"):
+            row = decimals.with_points(cells)
+        yield row
 
 
 def _column(word: str, source: str) -> tuple[DistalColumn, float]:
@@ -202,10 +199,8 @@ def _column(word: str, source: str) -> tuple[DistalColumn, float]:
         names = did_you_mean(match[1] if match else word, by_name)
         raise InputError(source, "line 1", f"{quote(word.strip())} is not a column of a table{names}")
     column, unit = by_name[match[1]], (match[2] or "").strip()
-    try:
+    with refusing(source, "line 1", f"{quote(word.strip())}: "):
         return column, conversion(unit, column.unit).number if unit else 1.0
-    except UnitError as error:
-        raise InputError(source, "line 1", f"{quote(word.strip())}: {error}") from None
 
 
 def _row(
@@ -241,10 +236,8 @@ def _numbers(
     for name, text in texts.items():
         if not text:
             continue
-        try:
+        with refusing(source, f"{place}, {name}", f"{quote(text)}: "):
             value = formula.number(text)
-        except formula.FormulaError as error:
-            raise InputError(source, f"{place}, {name}", f"{quote(text)}: {error}") from None
         if value < 0 and name in nonnegative:
             raise InputError(source, f"{place}, {name}", f"it is negative: {value:g}")
         yield name, value * scales[name] if math.isfinite(value) else value

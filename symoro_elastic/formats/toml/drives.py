@@ -27,7 +27,7 @@ from symoro_elastic.machine.drives import (
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 HEADING = "drives"
@@ -41,7 +41,7 @@ def _gain(table: Table, key: str) -> Gain:
 
 GAIN = Type(f'number, formula, or "{TUNED}"', {"anyOf": [{"const": str(TUNED)}, reference_to("formula")]}, _gain)
 LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
-    Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, otherwise="0", unit="s"),
+    Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, unit="s"),
     Key(
         "kp",
         FORMULA,
@@ -51,7 +51,7 @@ LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
         unit="V/A",
     ),
     Key("ti", FORMULA, "integral time of the current controller", "2e-3", otherwise="needed with kp", unit="s"),
-    Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO, otherwise="0"),
+    Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO),
 )
 CURRENT = Section(
     "current of [drives]",
@@ -64,17 +64,15 @@ FEED_FORWARD = Section(
     "Shares of the set point's rates that are fed forward; the torque of the inverse model, with springs as they are "
     "at the start.",
     (
-        Key("velocity", FORMULA, "share of the velocity", "1", default=ONE, otherwise="1"),
+        Key("velocity", FORMULA, "share of the velocity", "1", default=ONE),
         Key(
             *("acceleration", FORMULA, "torque by the acceleration: the inertia that the motor moves", "0.02"),
             default=ZERO,
-            otherwise="0",
             unit="kg m2 or kg",
         ),
         Key(
             *("torque", TRUTH, "whether the torque of the inverse model along all set points is fed forward", "true"),
             default=False,
-            otherwise="false",
         ),
     ),
 )
@@ -85,7 +83,7 @@ NOTCH, DEPTH, WIDTH = (
 )
 LOWPASS, ORDER = (
     Key("lowpass", FORMULA, "frequency of a low-pass filter", "400", otherwise="none", unit="Hz"),
-    Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1, otherwise="1"),
+    Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1),
 )
 FILTERS = Section(
     "filters of [drives]",
@@ -120,9 +118,7 @@ KV, KP, TN = (
     Key("Tn", GAIN, "integral time of the velocity controller", "0.02", otherwise="no integral part", unit="s"),
 )
 MEASURED, DEAD_TIME, PERIOD = (
-    Key(
-        "measured", TEXT, "signal that the position controller reads", '"ram.q"', default=MOTOR, otherwise=f'"{MOTOR}"'
-    ),
+    Key("measured", TEXT, "signal that the position controller reads", '"ram.q"', default=MOTOR),
     Key("dead_time", FORMULA, "time after which torque follows", "1.5e-4", otherwise="the period, else 0", unit="s"),
     Key("period", FORMULA, "period of a sampled controller", "1.25e-4", otherwise="continuous", unit="s"),
 )
@@ -169,29 +165,25 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
     lag, current = _current(entry)
     fed = FEED_FORWARD.within(entry.table("feed_forward"))
-    limit, windup = _limits(entry, joints[name])
-    of_limits = entry.table("limits")
-    electric = [
-        key.read(of_limits) if key.name in of_limits.entries else None for key in (CURRENT_LIMIT, VOLTAGE_LIMIT)
-    ]
+    limits = entry.table("limits").only(LIMITS.names)
     drive = Drive(
         Kv=gains["Kv"].read(entry),
         Kp=gains["Kp"].read(entry),
-        Tn=gains["Tn"].read(entry) if "Tn" in entry.entries else None,
+        Tn=gains["Tn"].optional(entry),
         lag=lag,
         velocity_forward=fed["velocity"],
         acceleration_forward=fed["acceleration"],
         torque_forward=fed["torque"],
         filters=tuple(_filters(entry)),
         measured=MEASURED.read(entry),
-        dead_time=DEAD_TIME.read(entry) if DEAD_TIME.name in entry.entries else None,
-        period=PERIOD.read(entry) if PERIOD.name in entry.entries else None,
-        torque_limit=limit,
-        windup=windup,
+        dead_time=DEAD_TIME.optional(entry),
+        period=PERIOD.optional(entry),
+        torque_limit=replace(TORQUE, unit=joints[name].force_unit).optional(limits),
+        windup=WINDUP.optional(limits),
         set_point=_set_point(entry) if "set_point" in entry.entries else None,
         current=current,
-        current_limit=electric[0],
-        voltage_limit=electric[1],
+        current_limit=CURRENT_LIMIT.optional(limits),
+        voltage_limit=VOLTAGE_LIMIT.optional(limits),
     )
     key, what = fault_of(drive, joints[name])
     if key:
@@ -231,14 +223,6 @@ def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
     return ZERO, CurrentControl(CURRENT_KP.read(of), CURRENT_TI.read(of), COMPENSATION.read(of))
 
 
-def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]:
-    """The limit of the torque, and the time of its back-calculation."""
-    of = entry.table("limits").only(LIMITS.names)
-    torque = replace(TORQUE, unit="N" if joint.sigma == 1 else "N m")
-    limits = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
-    return limits[0], limits[1]
-
-
 def _set_point(entry: Table) -> SetPointFilter:
     of = entry.table("set_point").only(SET_POINT.names)
     kinds = [key.name for key in (LOWPASS, AVERAGE) if key.name in of.entries]
@@ -274,7 +258,7 @@ def _low_pass(stage: Table) -> LowPass:
 
 def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
     """Raise `InputError` for names that are not parameters, and for numbers that are impossible for a drive."""
-    declared = {parameter.name for parameter in machine.parameters}
+    declared = machine.parameter_names
     for key, formula in drive.formulas:
         for name in sorted(formula.names - declared):
             raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, declared)}")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from symoro_elastic.formats.toml.tables import QUANTITY, Number, Table
-from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
 from symoro_elastic.machine.names import did_you_mean, quote
 
@@ -64,7 +65,7 @@ class Type:
 class Key:
     """A key: its default, None for a required key or one whose default the reader computes.
 
-    `otherwise` says that value in words, `example` is a value as TOML writes it.
+    `otherwise` says that value in words where these are others than the value, `example` is one as TOML writes it.
     """
 
     name: str
@@ -80,6 +81,15 @@ class Key:
         """Whether a file must give it."""
         return self.default is None and not self.otherwise
 
+    @property
+    def default_in_words(self) -> str:
+        """Its default as TOML writes it, or in words; empty for a required key."""
+        if self.otherwise or self.default in (None, ""):
+            return self.otherwise
+        if isinstance(self.default, str | bool):
+            return json.dumps(self.default)
+        return str(self.default or ("none" if self.default in ((), {}) else 0))
+
     def read(self, table: Table, default: Any = None) -> Any:
         """The value in a table, or the default; raises `InputError` for a missing one, or another type."""
         if self.name in table.entries:
@@ -88,6 +98,10 @@ class Key:
         if value is None:
             raise table.fail(self.name, "is missing")
         return value
+
+    def optional(self, table: Table) -> Any:
+        """The value in a table, None where it has none; raises `InputError` for another type."""
+        return self.read(table) if self.name in table.entries else None
 
 
 @dataclass(frozen=True)
@@ -142,28 +156,19 @@ class Section:
 
 def schema_of(key: Key) -> Schema:
     """Return the schema of a key."""
-    notes = [key.unit, key.otherwise and f"default {key.otherwise}"]
+    notes = [key.unit, key.default_in_words and f"default {key.default_in_words}"]
     details = "; ".join(note for note in notes if note)
     return {**key.type.schema, "description": f"{key.meaning} ({details})" if details else key.meaning}
 
 
-def _texts(table: Table, key: str) -> tuple[str, ...]:
-    return table.texts(key)
+def _by_name(title: str, schema: Schema, read: Callable[[Table, str], Any]) -> Type:
+    """A table of values by name."""
 
+    def read_all(table: Table, key: str) -> dict[str, Any]:
+        of = table.table(key)
+        return {name: read(of, name) for name in of.entries}
 
-def _formulas(table: Table, key: str) -> dict[str, Formula]:
-    of = table.table(key)
-    return {name: of.formula(name) for name in of.entries}
-
-
-def _lists_of_texts(table: Table, key: str) -> dict[str, tuple[str, ...]]:
-    of = table.table(key)
-    return {name: of.texts(name) for name in of.entries}
-
-
-def _table_of_texts(table: Table, key: str) -> dict[str, str]:
-    of = table.table(key)
-    return {name: of.text(name) for name in of.entries}
+    return Type(title, {"type": "object", "additionalProperties": schema}, read_all)
 
 
 def _number(table: Table, key: str) -> float:
@@ -174,21 +179,14 @@ def _number(table: Table, key: str) -> float:
 def _value(table: Table, key: str, cell: Formula) -> float:
     for name in sorted(cell.names):
         raise table.fail(key, f"{quote(name)} is a name: only numbers and formulas of numbers are allowed here")
-    try:
+    with table.refusing(key):
         return cell.table_value()
-    except FormulaError as error:
-        raise table.fail(key, str(error)) from None
 
 
-def _numbers(table: Table, key: str) -> dict[str, float]:
-    of = table.table(key)
-    return {name: _number(of, name) for name in of.entries}
-
-
-def _number_or_numbers(table: Table, key: str) -> float | dict[str, float]:
+def _number_or_numbers(table: Table, key: str) -> Any:
     value = table.entries[key]
     by_name = isinstance(value, dict) and value.keys() != {*QUANTITY}
-    return (_numbers if by_name else _number)(table, key)
+    return (NUMBERS if by_name else NUMBER).read(table, key)
 
 
 def _tensor(table: Table, key: str) -> tuple[Formula, ...]:
@@ -210,23 +208,19 @@ def _list_schema(*lengths: int) -> Schema:
 
 TEXT = Type("text", {"type": "string"}, Table.text)
 NAMED = Type("name", reference_to("name"), Table.text)
-TEXTS = Type("list of texts", reference_to("names"), _texts)
+TEXTS = Type("list of texts", reference_to("names"), Table.texts)
 TRUTH = Type("true or false", {"type": "boolean"}, Table.truth)
 WHOLE = Type("whole number", {"type": "integer"}, Table.whole)
 FORMULA = Type("number or formula", reference_to("formula"), Table.formula)
 NOT_NEGATIVE = Type("number or formula, not negative", reference_to("nonnegative"), Table.formula)
 VECTOR = Type("3 numbers or formulas", _list_schema(3), Table.vector)
 TENSOR = Type("3 or 6 numbers or formulas", _list_schema(3, 6), _tensor)
-FORMULAS = Type(
-    "table of numbers or formulas", {"type": "object", "additionalProperties": reference_to("formula")}, _formulas
-)
+FORMULAS = _by_name("table of numbers or formulas", reference_to("formula"), Table.formula)
 NUMBER = Type("number, or formula of numbers", reference_to("formula"), _number)
-NUMBERS = Type("table of numbers", {"type": "object", "additionalProperties": reference_to("formula")}, _numbers)
+NUMBERS = _by_name("table of numbers", reference_to("formula"), _number)
 NUMBER_OR_NUMBERS = Type("number, or table of numbers", {"anyOf": [NUMBER.schema, NUMBERS.schema]}, _number_or_numbers)
-LISTS_OF_TEXTS = Type(
-    "table of lists of texts", {"type": "object", "additionalProperties": reference_to("names")}, _lists_of_texts
-)
-TABLE_OF_TEXTS = Type("table of texts", {"type": "object", "additionalProperties": {"type": "string"}}, _table_of_texts)
+LISTS_OF_TEXTS = _by_name("table of lists of texts", reference_to("names"), Table.texts)
+TABLE_OF_TEXTS = _by_name("table of texts", {"type": "string"}, Table.text)
 NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INERTIA}
 """Zeros of the types of columns."""
 
@@ -254,7 +248,7 @@ def one_of(words: tuple[str, ...]) -> Type:
 
 def some_of(words: Iterable[str]) -> Type:
     """A list of some of `words`."""
-    return Type("list of texts", {"type": "array", "items": {"enum": list(words)}}, _texts)
+    return Type("list of texts", {"type": "array", "items": {"enum": list(words)}}, Table.texts)
 
 
 def is_text(value: Any) -> bool:

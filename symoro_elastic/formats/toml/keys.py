@@ -39,7 +39,7 @@ from symoro_elastic.machine.machine import (
 from symoro_elastic.machine.names import quote
 from symoro_elastic.machine.scene import ALL
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.quantities.unit_reader import UnitError, in_two, number_in_si, read_unit
+from symoro_elastic.quantities.unit_reader import in_two, number_in_si, read_unit
 
 
 def key_of(column: Column) -> Key:
@@ -74,18 +74,12 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
             raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
     if is_not_finite(value) and "nan" in value:
         return None, unit
-    try:
+    with table.refusing(key):
         if is_plain_number(value) and unit and not (read := read_unit(unit)).is_si:
             value, unit = number_in_si(str(value).replace("_", ""), unit, read.text), read.text
         elif keys.is_text(value) and not unit and (parts := in_two(value)):
             unit = read_unit(parts[1]).text
-    except UnitError as error:
-        raise table.fail(key, str(error)) from None
     return replace(table, units=unit).cell(value, key), unit
-
-
-def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
-    return ALL if table.entries[key] == ALL else table.texts(key)
 
 
 def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
@@ -114,7 +108,11 @@ PARAMETER = Type(
 JOINT_OR_ROW = Type(
     "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, reference_to("name")]}, _joint_or_row
 )
-ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, reference_to("names")]}, _all_or_texts)
+ALL_OR_TEXTS = Type(
+    'list of texts, or "all"',
+    {"anyOf": [{"const": ALL}, reference_to("names")]},
+    lambda table, key: ALL if table.entries[key] == ALL else table.texts(key),
+)
 NAMES_OR_POSITIONS = Type(
     "list of texts, or table of numbers or formulas",
     {"anyOf": [reference_to("names"), keys.FORMULAS.schema]},
@@ -254,7 +252,6 @@ CLOSES = Key(
     *("closes", one_of(tuple(Closing)), "what of the two frames meets: all of it, or its origin (a ball joint)"),
     '"point"',
     default=Closing.FRAME.value,
-    otherwise='"frame"',
 )
 DEPENDENT = Key(
     *("dependent", keys.TEXTS, "joints whose variables follow from the others of the loop, by name or variable"),
@@ -347,7 +344,6 @@ KNOWN = Key(
     *("known", one_of(tuple(KnownOfBase)), "known quantity of a floating base: the wrench on it, or its acceleration"),
     '"wrench"',
     default=KnownOfBase.WRENCH.value,
-    otherwise='"wrench"',
 )
 OF_BASE = Key(
     *("body", Section("", "", OF_BODY, rules=BODY.rules).type, "the body of a floating base, as in [bodies]"),
@@ -384,7 +380,6 @@ SCENE = Section(
             "joints that are held, and the value of their variable; their springs act on nothing",
             '{ elbow = "pi/2" }',
             default={},
-            otherwise="none",
             unit="rad or m",
         ),
         Key(
@@ -393,7 +388,6 @@ SCENE = Section(
             "given; their deflections follow from the reactions there, `static_deflections`",
             '["wrist"]',
             default={},
-            otherwise="none",
             unit="rad or m",
         ),
         Key(
@@ -401,7 +395,6 @@ SCENE = Section(
             "whether springs in series with massless bodies between become one",
             "true",
             default=False,
-            otherwise="false",
         ),
         Key(
             *("zero", keys.TEXTS),
@@ -410,27 +403,18 @@ SCENE = Section(
             "`elbow.center_of_mass.x`, `elbow.XX`",
             '["elbow.mass"]',
             default=(),
-            otherwise="none",
         ),
         Key(
             *("forces", keys.TEXTS),
             "frames with wrenches as arguments of models and steps, in axes of frame 0",
             '["tool"]',
             default=(),
-            otherwise="none",
         ),
+        Key(*("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'), default=()),
         Key(
-            *("fold", ALL_OR_TEXTS, "parameters that become constants of the code", '["L2"]'),
-            default=(),
-            otherwise="none",
+            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"), '["w3"]', default=()
         ),
-        Key(
-            *("steps", some_of(TimeStep), f"time steps beside the models: {', '.join(TimeStep)}"),
-            '["w3"]',
-            default=(),
-            otherwise="none",
-        ),
-        Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True, otherwise="true"),
+        Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True),
         *TOLERANCES_OF_SCENE,
     ),
 )
@@ -440,7 +424,7 @@ FILE_NAME = Key(
     *("name", keys.NAMED, "name of the machine: of the folder and of the functions in C", '"arm"'),
     otherwise="the name of the file",
 )
-NOTES = Key("notes", keys.TEXTS, "remarks", '["masses are estimates"]', default=(), otherwise="none")
+NOTES = Key("notes", keys.TEXTS, "remarks", '["masses are estimates"]', default=())
 PARAMETERS = Key(
     "parameters",
     Type(
@@ -456,7 +440,6 @@ EXTRAS = Key(
     *("extras", keys.TABLE_OF_TEXTS, "Entries of another format that no model uses, kept for writing it."),
     '{ Type = "0" }',
     default={},
-    otherwise="none",
 )
 
 

@@ -99,7 +99,7 @@ def limits_of(top: Table, machine: DescribedMachine, listed: Table) -> Limits:
 
 
 def _of_joints(table: Table, machine: Machine) -> dict[str, JointLimits]:
-    numbers = {joint.name: j for j, joint in reversed([*enumerate(machine.joints, start=1)])}
+    numbers = machine.rows
     limits = {}
     for name in table.entries:
         if name not in numbers:
@@ -129,15 +129,13 @@ def _of_parameter(entry: Table, parameter: Parameter) -> Range:
     if parameter.value is None:
         raise entry.fail(TOLERANCE.name, "it has no value, so no tolerance: give it a value")
     tolerance_entry = replace(TOLERANCE, unit=parameter.unit).read(entry)
-    try:
+    with entry.refusing(TOLERANCE.name):
         value = parameter.value.table_value()
         tolerance = _absolute(tolerance_entry, value)
         if not tolerance > 0:
             what = "is not above zero: leave it out where the value is exact"
             raise entry.fail(TOLERANCE.name, f"{tolerance_entry} of {value:g} {what}")
         return Range(value - tolerance, value + tolerance)
-    except (FormulaError, ValueError) as error:
-        raise entry.fail(TOLERANCE.name, str(error)) from None
 
 
 def _absolute(tolerance: float | str, value: float) -> float:
@@ -148,12 +146,6 @@ def _absolute(tolerance: float | str, value: float) -> float:
 
 
 # Writing
-
-
-def entries_of_limits(limits: JointLimits) -> list[tuple[str, str]]:
-    """The entries of a joint, as TOML writes them: one number where the range is the same both ways."""
-    ranges = ((name, getattr(limits, name)) for name in LIMITED)
-    return [(name, _written(interval, name == LIMITED[0])) for name, interval in ranges if interval is not None]
 
 
 def _written(interval: Range, both: bool) -> str:
@@ -181,5 +173,8 @@ def _ranges(value: float, tolerance: float, tolerated: Range) -> bool:
 
 
 def limits_by_joint(limits: Limits) -> Mapping[str, list[tuple[str, str]]]:
-    """The entries of all joints by name."""
-    return {name: entries_of_limits(limit) for name, limit in limits.joints.items()}
+    """The entries of joints by name, as TOML writes them: one number where the range is the same both ways."""
+    return {
+        name: [(key, _written(x, key == LIMITED[0])) for key in LIMITED if (x := getattr(limit, key)) is not None]
+        for name, limit in limits.joints.items()
+    }

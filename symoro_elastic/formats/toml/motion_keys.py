@@ -21,7 +21,7 @@ from symoro_elastic.machine.prescribed_motion import WRENCH, BaseStart
 _OF_BASE = BaseStart()
 
 MOTOR = Key("motor", NAMED, "motor that moves, by name or variable", '"motor_x"')
-FROM = Key("from", NUMBER, "time at which it begins", "0.1", default=0.0, otherwise="0", unit="s")
+FROM = Key("from", NUMBER, "time at which it begins", "0.1", default=0.0, unit="s")
 IN = Key("in", NUMBER, "time that it takes", "0.15", unit="s")
 
 MOVES = Section(
@@ -69,7 +69,6 @@ FORCES = Section(
             Key(
                 *(name, NUMBER, f"{'force' if name[0] == 'f' else 'moment'} along {name[1]} of frame 0", "200"),
                 default=0.0,
-                otherwise="0",
                 unit="N" if name[0] == "f" else "N m",
             )
             for name in WRENCH
@@ -132,13 +131,11 @@ MOTION = Section(
             *("moves", MOVES.type, "moves from rest to rest"),
             '[{ motor = "motor_x", by = 0.08, from = 0.05, in = 0.15 }]',
             default=(),
-            otherwise="none",
         ),
         Key(
             *("wobbles", WOBBLES.type, "oscillations"),
             '[{ motor = "motor_x", amplitude = 1e-3, frequency = 25 }]',
             default=(),
-            otherwise="none",
         ),
         Key(
             *("file", TEXT, "record beside this file: t, y_<motor>, yd_<motor> ... of the coordinates of all motors"),
@@ -156,13 +153,11 @@ MOTION = Section(
             *("drives", TRUTH, "whether the motors have the drives of the machine, [drives], in place of servos"),
             "true",
             default=False,
-            otherwise="false",
         ),
         Key(
             *("forces", FORCES.type, f"forces on frames: {', '.join(WRENCH)}"),
             '[{ at = "tool", fx = 200, from = 0.1, in = 0.01 }]',
             default=(),
-            otherwise="none",
         ),
         BASE,
     ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -83,7 +82,10 @@ def _motion(table: Table) -> PrescribedMotion:
         "moves": tuple(Move(x["motor"], x["by"], x["from"], x["in"]) for x in map(MOVES.within, moves)),
         "wobbles": tuple(Wobble(**WOBBLES.within(entry)) for entry in wobbles),
         "servo": {name: _servo(servos.table(name)) for name in servos.entries},
-        "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
+        "forces": tuple(
+            AppliedForce(x["at"], tuple(x[name] for name in WRENCH), x["from"], x["in"])
+            for x in map(FORCES.within, forces)
+        ),
         "base": BaseStart(**BASE_START.within(table.table(BASE.name))) if BASE.name in table.entries else None,
     }
     if entries["drives"] and entries["servo"]:
@@ -103,10 +105,6 @@ def _servo(table: Table) -> Servo:
         if keys == {key.name for key in pair}:
             return law(*(key.type.read(table, key.name) for key in pair))
     raise InputError(table.source, table.place, "give kp and kd, or bandwidth and damping")
-
-
-def _force(entries: Mapping[str, Any]) -> AppliedForce:
-    return AppliedForce(entries["at"], tuple(entries[name] for name in WRENCH), entries["from"], entries["in"])
 
 
 # Writing

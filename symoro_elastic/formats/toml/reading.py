@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
-from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of, rows_by_name
 from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
@@ -206,7 +206,7 @@ def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collectio
     """Axis and point of a row."""
     from symoro_elastic.formats.toml.axes import Place, fault_of
 
-    within = _row_of(row, keys.IN, j, numbers)
+    within = _row(row, keys.IN, numbers, 0)
     if not 0 <= within < j:
         raise row.fail(
             keys.IN.name, f"row {within} is not above this row: axis and at are given in a frame of a row above, or 0"
@@ -227,7 +227,7 @@ def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[s
     kind = Kind(keys.KIND.read(row))
     if keys.SIGMA.name not in row.entries and kind != Kind.FIXED:
         raise row.fail("sigma", "is missing: 0 revolute, 1 prismatic, 2 fixed frame")
-    joint = Joint(keys.NAME.read(row), _row_of(row, keys.ANTECEDENT, j, numbers), kind, keys.SIGMA.read(row, 2))
+    joint = Joint(keys.NAME.read(row), _row(row, keys.ANTECEDENT, numbers, j - 1), kind, keys.SIGMA.read(row, 2))
     if not _is_by_axis(row):
         return with_columns(joint, _reader(row, "joints"))
     own = SELECTED.get(joint.sigma, "")
@@ -252,16 +252,6 @@ def _variable_cell(row: Table, j: int, parameters: Collection[str]) -> Formula:
     if name in parameters:
         raise row.fail(keys.VARIABLE.name, f"{quote(name)} is a parameter: give the joint another variable")
     return cell
-
-
-def _row_of(row: Table, key: Key, j: int, numbers: Mapping[str, int]) -> int:
-    """The number of the row that a key names."""
-    value = key.read(row, j - 1 if key is keys.ANTECEDENT else 0)
-    if isinstance(value, int):
-        return value
-    if value not in numbers:
-        raise row.fail(key.name, f"no joint {quote(value)}{did_you_mean(value, numbers)}")
-    return numbers[value]
 
 
 def _with_section(joint: Joint, section: str, table: Table) -> Joint:
@@ -326,8 +316,11 @@ def _loop(name: str, entry: Table, rows: Mapping[str, int], by_variable: Mapping
     )
 
 
-def _row(entry: Table, key: Key, rows: Mapping[str, int]) -> int:
-    name = key.read(entry)
+def _row(entry: Table, key: Key, rows: Mapping[str, int], default: int | None = None) -> int:
+    """The number of the row that a key names, or gives."""
+    name = key.read(entry, default)
+    if isinstance(name, int):
+        return name
     if name not in rows:
         raise entry.fail(key.name, f"no joint {quote(name)}{did_you_mean(name, rows)}")
     return rows[name]
@@ -387,10 +380,7 @@ def _own_variables(joints: Sequence[Joint], new: Mapping[int, list[str]], chosen
 def _leave_over(new: Mapping[int, list[str]], owned: dict[int, str]) -> None:
     """Add the variables of rows whose cells hold one name that no other row owns."""
     candidates = {j: {*names} for j, names in new.items() if j not in owned}
-    holding: dict[str, list[int]] = {}
-    for j, names in candidates.items():
-        for name in names:
-            holding.setdefault(name, []).append(j)
+    holding = rows_by_name(candidates)
     used = [*dict.fromkeys(owned.values())]
     for name in used:
         for j in holding.pop(name, ()):

@@ -400,18 +400,11 @@ def _blocks(name: str, start: Start) -> list[str]:
         _of_section("frames", FRAMES, start),
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
-    blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
-    blocks += [_of_section(name, section, start) for name, section in OF_CATALOGUES.items()]
-    blocks += [
-        _of_section(OF_BEAMS, BEAMS, start),
-        _of_section("base", BASE, start),
-        _of_section(OF_LIMITS, LIMITS, start),
-    ]
-    blocks += [_of_section(OF_MOTORS, DRIVES, start)]
-    blocks += [_of_section("scene", SCENE, start)]
-    blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]
-    blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
-    return blocks
+    sections = {name: section_of(name) for name in OF_JOINTS} | OF_CATALOGUES
+    sections |= {OF_BEAMS: BEAMS, "base": BASE, OF_LIMITS: LIMITS, OF_MOTORS: DRIVES}
+    sections |= {"scene": SCENE, "motion": MOTION, "wanted": WANTED}
+    blocks += [_of_section(name, section, start) for name, section in sections.items()]
+    return [*blocks, _table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"')]
 
 
 def _of_section(name: str, section: Section, start: Start) -> str:
@@ -442,7 +435,7 @@ def _comments(section: Section) -> Iterator[str]:
     yield from _wrap(section.meaning, "# ")
     for key in section.keys:
         unit = f" ({key.unit})" if key.unit else ""
-        otherwise = f"; where left out: {key.otherwise}" if key.otherwise else ""
+        otherwise = f"; where left out: {key.default_in_words}" if key.default_in_words else ""
         yield from _wrap(f"{key.name}: {key.meaning.removesuffix('.')}{unit}{otherwise}", "#   ")
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import Any
 
 from symoro_elastic.formats.joint_cells import formula, whole
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, refusing
 from symoro_elastic.machine.formula import MAX_LENGTH, ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.quantities.unit_reader import UnitError, in_si, number_in_si
+from symoro_elastic.quantities.unit_reader import in_si, number_in_si
 
 MAX_DOTS = 8
 QUANTITY = ("value", "unit")
@@ -95,6 +96,10 @@ class Table:
     def fail(self, key: str, what: str) -> InputError:
         """The error to raise about one entry."""
         return InputError(self.source, self.at(key), what)
+
+    def refusing(self, key: str) -> AbstractContextManager[None]:
+        """Return a block in which faults of formulas and units are errors about one entry."""
+        return refusing(self.source, self.at(key))
 
     def only(self, allowed: Iterable[str]) -> Table:
         """Return the table, whose keys must all be `allowed`."""
@@ -184,10 +189,8 @@ class Table:
         if isinstance(value, Number):
             value = value.replace("_", "")
         elif isinstance(value, str):
-            try:
+            with self.refusing(key):
                 value = in_si(value, self.units)
-            except UnitError as error:
-                raise self.fail(key, str(error)) from None
         return formula(value, self.source, self.at(key))
 
     def _with_unit(self, entries: dict[str, Any], key: str) -> str:
@@ -196,10 +199,8 @@ class Table:
         value, unit = entries.get("value"), entry.text("unit")
         if not is_plain_number(value):
             raise entry.fail("value", 'must be a number: write { value = 350, unit = "mm" }, or "350 mm"')
-        try:
+        with entry.refusing("unit"):
             return number_in_si(str(value).replace("_", ""), unit, self.units)
-        except UnitError as error:
-            raise entry.fail("unit", str(error)) from None
 
 
 def is_plain_number(value: Any) -> bool:

@@ -48,7 +48,7 @@ AT = Key(
     otherwise="0, the start of loops, neutral positions of springs",
     unit="rad or m",
 )
-HOLD = Key("hold", TEXTS, 'motors held by brakes; "all"', '["all"]', default=(), otherwise="none")
+HOLD = Key("hold", TEXTS, 'motors held by brakes; "all"', '["all"]', default=())
 PD = Key(
     *("pd", GAINS, "gains kp and kd of position controllers that are on; unknown ones are sought"),
     '{ motor_x = [1.5e7, 4e4], motor_y = "unknown" }',
@@ -102,9 +102,7 @@ WINDOW = Key(
     otherwise="not known: none, and its possible effect is reported",
     unit="s",
 )
-VALIDATE = Key(
-    "validate", TRUTH, "whether the test is predicted, and not fitted", "true", default=False, otherwise="false"
-)
+VALIDATE = Key("validate", TRUTH, "whether the test is predicted, and not fitted", "true", default=False)
 RENAME = Key(
     *("rename", TABLE_OF_TEXTS, "OUT/IN by the names of the file; a minus turns a direction, a unit may follow"),
     '{ "3:+Z/3:+Z" = "tool.az/-tool.fz [g/N]" }',

@@ -7,7 +7,6 @@ from typing import Any
 
 from symoro_elastic.formats.toml.key import NUMBER, Key, Type, one_of
 from symoro_elastic.formats.toml.tables import Table
-from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.within import ALL_RESULTS, GUARANTEES, Evidence, Keep, Tolerance, Within, tolerance
 
 PERCENTAGE = {"type": "string", "pattern": r"^\s*[0-9.eE+*/() ]+%?\s*$"}
@@ -26,10 +25,8 @@ def _tolerances(table: Table, key: str) -> dict[str, Tolerance]:
 def _tolerance(table: Table, key: str, entry: Any) -> Tolerance:
     if isinstance(entry, bool) or not isinstance(entry, str | int | float):
         raise table.fail(key, 'must be a text in percent, as in "1 %", or a number in the unit of the result')
-    try:
+    with table.refusing(key):
         return tolerance(entry, key)
-    except FormulaError as error:
-        raise table.fail(key, str(error)) from None
 
 
 TOLERANCES = Type(
@@ -52,14 +49,12 @@ KEEP = Key(
     "or parameters only; with the last two the inertia matrix stays symmetric and the machine passive",
     '"parameters"',
     default=Keep.TERMS.value,
-    otherwise=f'"{Keep.TERMS}"',
 )
 GUARANTEED = Key(
     *("guaranteed", one_of(GUARANTEES)),
     "kind of guarantee: a bound at unseen states with 95 % confidence, or a proof for the whole box",
     '"proven"',
     default=Evidence.CONFIDENT.value,
-    otherwise=f'"{Evidence.CONFIDENT}"',
 )
 
 TOLERANCES_OF_SCENE = (WITHIN, KEEP, GUARANTEED)

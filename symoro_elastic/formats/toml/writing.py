@@ -121,8 +121,7 @@ def _joints(machine: Machine) -> list[str]:
 
 def _own_variable(joint: Joint, machine: Machine) -> str:
     """The end of a row whose cell holds several names that are not parameters: its variable."""
-    parameters = {parameter.name for parameter in machine.parameters}
-    if joint.variable is None or joint.selected.names <= parameters:
+    if joint.variable is None or joint.selected.names <= machine.parameter_names:
         return ""
     return f", variable = {text_of(joint.variable)}"
 

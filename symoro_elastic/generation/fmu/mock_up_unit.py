@@ -330,7 +330,7 @@ def _values(machine: Machine, load: LoadPosition, q: Mapping[int, float]) -> lis
     position = position_of_load(bound, load)
     by = Differentiation([position])
     roots = [position, *(by.by(bound.q[j]).of(position) for j in machine.independent)]
-    symbols: dict[str, float] = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    symbols: dict[str, float] = machine.given_values
     symbols |= {str(bound.q[j].operands[0]): q[j] for j in machine.independent}
     values: Array = values_along(list(map(operand, roots)), symbols, 1)[:, 0]
     return [float(x) for x in values]

@@ -180,10 +180,9 @@ def _of_samples(machine: Machine, folded: Sequence[str]) -> list[TracedModel]:
 
 def _named_cells(before: Machine, after: Machine) -> dict[str, NamedCell]:
     """Return the cells of the parameters that were numbers before, by their names in the code."""
-    names_before = {parameter.name for parameter in before.parameters}
     of_table = ((joint, cell, formula) for joint in after.joints for cell, formula in cells(joint))
     named = [(joint, cell, str(formula.tree[1])) for joint, cell, formula in of_table if formula.tree[0] == "name"]
-    new = {parameter.name for parameter in after.parameters} - names_before
+    new = after.parameter_names - before.parameter_names
     return {
         name: NamedCell(f"{joint.name}.{cell.name}", f"{cell.label} of {joint.name}", cell.name)
         for joint, cell, name in named
@@ -243,12 +242,8 @@ def outputs_model(outputs: Sequence[Output], bound: Bound) -> tuple[Model, dict[
     )
     arguments = ("q", "qd") if bound.machine.is_coupled else ("q",)
     results = {Y: Result(None, tuple(output.value for output in outputs), (len(outputs),))}
-    model = Model(OUTPUTS, "outputs of the FMU", "[1], [9]", arguments, (Y,), _not_in_catalogue, own=(row,))
+    model = Model(OUTPUTS, "outputs of the FMU", "[1], [9]", arguments, (Y,), own=(row,))
     return model, results
-
-
-def _not_in_catalogue(_: Bound, __: object) -> dict[str, Result]:
-    raise NotImplementedError("bound by outputs_model")
 
 
 def _dependent_joints(bound: Bound) -> Iterator[Output]:
@@ -335,11 +330,10 @@ class Sampling:
 def sampling_of(machine: Machine) -> Sampling:
     """Return the times of the sampled drives of a machine; raises `InputError` for dead times above the period."""
     drives = sampled_drives(machine)
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    period = min(float(drive.period.value(values)) for drive in drives.values() if drive.period)
+    period = min(float(drive.period.value(machine.given_values)) for drive in drives.values() if drive.period)
     late = []
     for j, drive in drives.items():
-        dead = period if drive.dead_time is None else float(drive.dead_time.value(values))
+        dead = period if drive.dead_time is None else float(drive.dead_time.value(machine.given_values))
         if dead > period * (1 + SAME):
             what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
             raise machine.error(f"drives, {machine.joint(j).name}, dead_time", what)
@@ -358,13 +352,12 @@ def with_free_drives(machine: Machine, reserved: Reasons) -> tuple[Machine, dict
     if not drives:
         return machine, {}
     joints = {joint.name: joint for joint in machine.joints}
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
     own = (machine.name, *joints, *(p.name for p in machine.parameters), *(x.variable or "" for x in machine.joints))
     used, named = {**reserved, **dict.fromkeys(own, IN_USE)}, list[Parameter]()
 
     def free(joint: Joint, place: str, x: Formula) -> Formula:
         if place.rpartition(".")[2] in OF_SAMPLES and drives[joint.name].period is not None:
-            return Formula.parse(float(x.value(values)))
+            return Formula.parse(float(x.value(machine.given_values)))
         if x.names or x.is_zero:
             return x
         number = DriveNumber(joint, place)

@@ -185,10 +185,9 @@ def _natural(motion: EquationsOfMotion, matrices: tuple[Array, Array], size: flo
 
 def _size(motion: EquationsOfMotion) -> float:
     """Return the longest sum of lengths b, d and r from the base to a frame, m; 1 where there are none."""
-    parameters = {parameter.name for parameter in motion.machine.parameters}
     reached = [0.0]
     for joint in motion.machine.joints:
-        lengths = [x for x in (joint.b, joint.d, joint.r) if x.names <= parameters]
+        lengths = [x for x in (joint.b, joint.d, joint.r) if x.names <= motion.machine.parameter_names]
         total = sum(map(abs, motion.values(map(motion.bound.cell, lengths)).tolist()))
         reached.append(reached[joint.antecedent] + total)
     return max(reached) or 1.0
@@ -204,7 +203,7 @@ class AtRest:
         self.friction, self.states = len(machine.bristles), len(self._inputs.get("z", ()))
         rates = trace.results["zd"].entries[self.friction :] if "zd" in trace.results else ()
         self._roots = [*map(operand, rates), *map(operand, trace.results["tau_m"].entries)]
-        symbols = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+        symbols = machine.given_values
         symbols |= dict.fromkeys((name for names in self._inputs.values() for name in names), 0.0)
         symbols |= {str(bound.q[j].operands[0]): value for j, value in q.items() if j in bound.q}
         symbols |= dict(zip(self._inputs["r"], x.tolist(), strict=True))

@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.logs import filtering
 from symoro_elastic.measured.logs.noise import masked_correlation
 from symoro_elastic.measured.logs.possible import Linear
-from symoro_elastic.measured.logs.regression import Regressor
+from symoro_elastic.numerics.linear.regressor import Regressor
 
 ENTRIES = 1_000_000  # entries of Y evaluated at a time, about
 SIGNS = (1.0, -1.0)

@@ -37,9 +37,9 @@ from symoro_elastic.measured.logs.fourier_motion import (
 from symoro_elastic.measured.logs.friction_laws import COSINE, SINE, FrictionLaws, refuse_laws, without_cogging
 from symoro_elastic.measured.logs.identify import structural_grouping
 from symoro_elastic.measured.logs.possible import Linear
-from symoro_elastic.measured.logs.regression import Regressor, others_than, refuse_unknown_labels, regressor
 from symoro_elastic.measured.logs.workspace import Box, corners
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
+from symoro_elastic.numerics.linear.regressor import Regressor, others_than, refuse_unknown_labels, regressor
 
 Motion = tuple[Array, Array, Array]
 PLACES = 30  # other centres of a motion that are tried

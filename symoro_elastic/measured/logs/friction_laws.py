@@ -19,14 +19,13 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.described import AnyMachine
-from symoro_elastic.machine.joints import Cogging
+from symoro_elastic.machine.joints import INERTIAL, Cogging
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Unknown
 from symoro_elastic.measured.logs.estimation import independent_solution
 from symoro_elastic.measured.logs.possible import Linear
-from symoro_elastic.measured.logs.regression import Regressor
-from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.linear.regressor import Regressor
 
 LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
 COSINE, SINE = "CC", "CS"

@@ -12,19 +12,18 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.described import with_changed_scene
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.joints import Cogging
-from symoro_elastic.machine.machine import Joint, Machine, Spring
+from symoro_elastic.machine.joints import INERTIAL, Cogging
+from symoro_elastic.machine.machine import Body, Joint, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.measured.fitting.estimates import Estimate
 from symoro_elastic.measured.logs.estimation import POSITIVE
 from symoro_elastic.measured.logs.friction_laws import COSINE, LOAD, SINE, STATIC
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import RegressorColumn, body_of, has_body
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.sensors import DELAY, OFFSET, shows
 from symoro_elastic.measured.logs.validation import Fit
 from symoro_elastic.measured.vibration_tests.updated import Updated
-from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.linear.regressor import RegressorColumn
 
 MOST_LOAD = 0.9  # share of the load above which a joint locks itself
 RowValues = Mapping[tuple[int, str], float]
@@ -174,10 +173,9 @@ def _values(result: Identification) -> RowValues:
 def _of_laws(result: Identification) -> RowValues:
     """Return load friction, static friction, Stribeck's velocity and cogging; what no friction has is left out."""
     values = {}
-    rows = {joint.name: j for j, joint in enumerate(result.machine.joints, start=1)}
     dry = _values(result)
     for e in result.estimates:
-        j = rows.get(e.unknown.joint, 0)
+        j = result.machine.rows.get(e.unknown.joint, 0)
         if e.unknown.quantity == LOAD and _is_possible(e):
             values[j, "load"] = e.value
         if e.unknown.quantity == STATIC and _is_possible(e):
@@ -191,8 +189,9 @@ def _of_laws(result: Identification) -> RowValues:
 
 def _with(joint: Joint, j: int, values: RowValues, keeps_rotor: bool) -> Joint:
     """Return joint j with the values found."""
-    if has_body(joint.body):
-        joint = replace(joint, body=body_of({name: values.get((j, name), 0.0) for name in INERTIAL}))
+    if joint.body.has_inertia:
+        body = Body.of({name: Formula.parse(values.get((j, name), 0.0)) for name in INERTIAL})
+        joint = replace(joint, body=body)
     if joint.sigma == 2:
         return joint
 

@@ -15,7 +15,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import ROUNDING, Unknown
-from symoro_elastic.measured.logs import friction_laws, regression
+from symoro_elastic.measured.logs import friction_laws
 from symoro_elastic.measured.logs.equations import Equations, Rows, Sampled
 from symoro_elastic.measured.logs.estimation import (
     FEWEST_ROWS,
@@ -42,7 +42,6 @@ from symoro_elastic.measured.logs.noise import Draws, RowNoise, usual_correlatio
 from symoro_elastic.measured.logs.outliers import notes_on_outliers, outliers_of, without, without_spikes
 from symoro_elastic.measured.logs.pieces import filter_of, in_pieces, refuse_amount
 from symoro_elastic.measured.logs.possible import FLOOR, Data, Linear, Possible, made_possible
-from symoro_elastic.measured.logs.regression import Regressor, RegressorColumn
 from symoro_elastic.measured.logs.result import Identification, agree
 from symoro_elastic.measured.logs.sensors import (
     AUTO,
@@ -56,6 +55,14 @@ from symoro_elastic.measured.logs.sensors import (
     sought_sensors,
 )
 from symoro_elastic.numerics.linear.independence import IndependentColumns, independent_columns
+from symoro_elastic.numerics.linear.regressor import (
+    Regressor,
+    RegressorColumn,
+    others_than,
+    refuse_unknown_labels,
+    regressor,
+    zero_entries,
+)
 from symoro_elastic.numerics.motion.independent_joints import moved_by
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
@@ -114,7 +121,7 @@ def identify(
     if chosen:
         pieces_of_records = [[without_spikes(piece, chosen, machine) for piece in some] for some in pieces_of_records]
     step("trace")
-    Y = Y or regression.regressor(friction_laws.without_cogging(machine), settings.values)
+    Y = Y or regressor(friction_laws.without_cogging(machine), settings.values)
     step("group")
     equations = _base_equations(machine, Y, _fixed_columns(Y.columns, settings, machine))
     refuse_amount(pieces_of_records, chosen, len(equations.estimated_columns), settings.trust is not None)
@@ -488,8 +495,8 @@ def _driven(machine: Machine) -> list[int]:
 def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
     """Return values of columns that are not sought, by number."""
     fixed = settings.known
-    regression.refuse_unknown_labels(machine, fixed, columns)
-    fixed = {**regression.others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
+    refuse_unknown_labels(machine, fixed, columns)
+    fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in fixed.items():
         if not math.isfinite(value):
@@ -550,7 +557,7 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
     """Return a note on parameters that are estimated although the table gives them as zero."""
-    entries = regression.zero_entries(machine)
+    entries = zero_entries(machine)
     zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []

@@ -17,15 +17,15 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.joints import INERTIAL
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import Estimate, Unknown, Verdict, is_identified
 from symoro_elastic.measured.fitting.evidence import information_root, largest_chi2
 from symoro_elastic.measured.logs.estimation import ABSORBED, Estimation
 from symoro_elastic.measured.logs.pseudo_inertia import RADIUS, Nearest, Prior, lifted, nearest, pseudo_inertia
-from symoro_elastic.measured.logs.regression import RegressorColumn
 from symoro_elastic.measured.logs.sensors import OFFSET
-from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.linear.independence import IndependentColumns
+from symoro_elastic.numerics.linear.regressor import RegressorColumn
 
 LEAST_LAM = 1e-6  # of constraints alone
 GUESSES = {"IA": 0.01, "FV": 0.02, "FS": 0.02, "DA": 0.02, "K": 1.0}

@@ -185,13 +185,12 @@ class ExcitingTrajectory(Result):
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write t, q_<motor>, qd_, qdd_ to a .csv or .npz file, and return its path; raises `InputError`."""
         with permission(force=force):
-            save(self, path)
+            self.save(path)
         return Path(path)
 
-
-def save(exciting: ExcitingTrajectory, path: str | Path) -> None:
-    """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv, with units, or .npz; raises `InputError`."""
-    units = {"t": "s"}
-    for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
-        units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in exciting.machine.motor_joints}
-    write_columns(exciting.arrays(), path, units)
+    def save(self, path: str | Path) -> None:
+        """Write the file of `write`, with the permission in force; raises `InputError`."""
+        units = {"t": "s"}
+        for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
+            units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in self.machine.motor_joints}
+        write_columns(self.arrays(), path, units)

@@ -15,7 +15,7 @@ from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.fitting.estimates import ROUNDING
 from symoro_elastic.measured.logs.fourier_motion import rise
-from symoro_elastic.measured.logs.regression import geometry_of, nominal_body
+from symoro_elastic.numerics.linear.regressor import geometry_of, nominal_body
 from symoro_elastic.numerics.motion.signals import OUTPUT, FrameSignal, outputs
 from symoro_elastic.numerics.verification.implementations import numpy_model
 

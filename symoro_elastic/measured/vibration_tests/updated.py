@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
-from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.results import Result, Table, table_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.measured.fitting.estimates import (
@@ -151,6 +151,10 @@ class Updated(Result):
     def next_tests(self, count: int = 5) -> list[Candidate]:
         """Return the tests after which the sought parameters are known best, the best one first."""
         return next_tests(Predictions(self.sought, self.tests), self.fit.lines, self.fit, count)
+
+    def table_of_next(self, candidates: Sequence[Candidate]) -> Table:
+        """Return the table of next tests."""
+        return table_of(Candidate, candidates, f"{self.machine.name}: the next test")
 
     def saved(self) -> tuple[Machine, list[str]]:
         """Return the machine with the values found, and lines about those that no machine file holds."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of, table_of
+from symoro_elastic.foundation.results import Field, Part, declare, parts_of, table_of
 from symoro_elastic.measured.fitting.estimates import Estimate
 from symoro_elastic.measured.vibration_tests.diagnostics import Band
 from symoro_elastic.measured.vibration_tests.next_tests import Candidate
@@ -72,8 +72,3 @@ def _unseen(shown: Sequence[Shown]) -> str:
     before, after = (sum(getattr(response, name) for response in shown) / len(shown) for name in ("before", "after"))
     count = f"{len(shown)} response{'' if len(shown) == 1 else 's'}"
     return f"{count} that were not fitted: {after:.2g} dB off after the fit, {before:.2g} dB before"
-
-
-def next_table(candidates: Sequence[Candidate], machine: str) -> Table:
-    """Return the table of the next tests."""
-    return table_of(Candidate, candidates, f"{machine}: the next test")

@@ -80,6 +80,11 @@ class Result:
 Results = dict[str, Result]
 
 
+def _traced_by_its_owner(bound: Bound, _: object) -> Results:
+    """Raise an error: the trace of a model that is in no catalogue is made where the model is."""
+    raise NotImplementedError("no model of the catalogue")
+
+
 @dataclass(frozen=True)
 class Model:
     """A model that can be generated: its results, equations and arguments."""
@@ -90,8 +95,7 @@ class Model:
     arguments: tuple[str, ...]
     results: tuple[str, ...]
     """Names of results, which are rows of the table of quantities as arguments are."""
-    run: Callable[[Bound, Any], Results]
-    family: str = ""
+    run: Callable[[Bound, Any], Results] = _traced_by_its_owner
     parts: Parts = Parts.JOINTS
     """Parts of its results that a scene may request."""
     own: tuple[Quantity, ...] = ()
@@ -119,6 +123,8 @@ class Model:
     """Machine that it binds, where that is not the machine restricted to the scene."""
     other_way_of: str = ""
     """Model with the same results, computed in another way."""
+    family: str = field(default="", compare=False)
+    """Its family in the catalogue: where it is listed, not what it is."""
 
     @property
     def is_of_frames(self) -> bool:

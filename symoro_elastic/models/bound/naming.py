@@ -278,15 +278,8 @@ def name_composite(names: Names, composite: RigidInertia, j: int, section: Secti
         names.give(x, f"J{j}_c{entry}", section)
 
 
-def name_factors(bound: Bound, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]) -> None:
+def name_factors(names: Names, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]) -> None:
     """Name the pivots of the inertia matrix, and the accelerations it gives."""
-    name_factors_in(bound.names, factors, forces, qdd)
-
-
-def name_factors_in(
-    names: Names, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]
-) -> None:
-    """Name pivots and accelerations in the names of a model."""
     for j, pivot in factors.pivots.items():
         here = Section("Solution, from the tips to the base", j, "[8]")
         names.give(pivot, f"H{j}", here)

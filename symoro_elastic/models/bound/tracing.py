@@ -65,7 +65,9 @@ def prune(trace: Trace) -> PrunedTrace:
     if not trace.merges:
         return pruned
     merged = _prune_trace(_on_angle_sums(trace))
-    return merged if _saves(pruned.count, merged.count) else pruned
+    before, after = pruned.count, merged.count  # a further sine or cosine would outweigh other operations saved
+    saves = after.sincos <= before.sincos and after.products + after.add < before.products + before.add
+    return merged if saves else pruned
 
 
 def schedule(pruned: PrunedTrace) -> TracedModel:
@@ -86,8 +88,3 @@ def _on_angle_sums(trace: Trace) -> Trace:
     names = trace.names.moved({node.id: value(node) for node in reachable(roots)})
     results = {name: replace(r, entries=tuple(map(value, r.entries))) for name, r in trace.results.items()}
     return replace(trace, results=results, names=names, merged=True)
-
-
-def _saves(before: OperationCount, after: OperationCount) -> bool:
-    """Whether operations are saved without a further sine or cosine, which would outweigh them."""
-    return after.sincos <= before.sincos and after.products + after.add < before.products + before.add

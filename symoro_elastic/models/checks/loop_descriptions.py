@@ -42,11 +42,6 @@ class DescribedLoop:
     singular: str
     distance: float | None
 
-    @property
-    def is_near_singular(self) -> bool:
-        """Whether the start is within 1e-6 of a singular position."""
-        return self.distance is not None and self.distance < NEAR_SINGULAR
-
 
 def described_loops(machine: Machine) -> list[DescribedLoop]:
     """The loops of a machine in the order in which they are closed; raises `InputError` where they do not close."""
@@ -58,7 +53,7 @@ def described_loops(machine: Machine) -> list[DescribedLoop]:
 
 def singular_starts(loops: Iterable[DescribedLoop]) -> list[str]:
     """Warnings for loops that start next to a singular position."""
-    singular = (loop for loop in loops if loop.is_near_singular)
+    singular = (loop for loop in loops if loop.distance is not None and loop.distance < NEAR_SINGULAR)
     what = "start is within 1e-6 of a singular position: {}; branches meet there: move start to the intended side"
     return [f"loop {x.plan.loop.name}: {what.format(x.singular)}" for x in singular]
 

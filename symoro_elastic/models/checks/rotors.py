@@ -19,7 +19,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values
-from symoro_elastic.machine.machine import Body, Kind, Machine
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.position import Position
 from symoro_elastic.models.loops.plan import plan_of
@@ -95,7 +95,7 @@ def _is_rotor(machine: Machine, j: int) -> bool:
 def _has_body(machine: Machine, j: int) -> bool:
     """Whether the body of a row is a rotor: of a coupled joint, or of a terminal joint that others follow."""
     joint = machine.joint(j)
-    if joint.sigma != 0 or not _is_balanced(joint.body):
+    if joint.sigma != 0 or joint.body.inertia[5].is_zero or not joint.body.is_balanced:
         return False
     if joint.kind is Kind.COUPLED:
         return True
@@ -106,13 +106,6 @@ def _follower(machine: Machine, j: int) -> int | None:
     """The first joint whose cell holds the variable of another; None where there is none."""
     name = machine.joint(j).variable
     return next((k for k in machine.articulated if name in machine.joint(k).selected.names), None)
-
-
-def _is_balanced(body: Body) -> bool:
-    """Whether the angle of a body about z changes nothing, by its expressions."""
-    XX, XY, XZ, YY, YZ, ZZ = body.inertia
-    off_axis = (XY, XZ, YZ, *body.moments[:2])
-    return XX == YY and not ZZ.is_zero and all(x.is_zero for x in off_axis)
 
 
 class _Numbers:

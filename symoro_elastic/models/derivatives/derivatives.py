@@ -87,7 +87,6 @@ Outputs = Mapping[str, Mapping[int, Scalar]]
 """Entries of the results of a model, by result and joint."""
 Which = tuple[str, str]
 """A derivative: names of the result and of the argument."""
-FAMILY = "derivatives"
 
 OF_BASE = ("V0d", "f0")
 
@@ -157,7 +156,7 @@ def solved_by_factors(bound: Bound) -> tuple[Dynamics, TorqueDerivatives]:
     recursion = with_accelerations(unaccelerated, partials, qdd)
     name_known(bound, unaccelerated)
     name_by_accelerations(bound, partials)
-    name_factors(bound, factors, right, qdd)
+    name_factors(bound.names, factors, right, qdd)
     name_accelerated(bound, recursion)
     return recursion, partials
 
@@ -448,7 +447,6 @@ DERIVATIVES = (
         _INVERSE,
         ("dtau_dq", "dtau_dqd", "dtau_dqdd_motor", "dqdd_dq", "dqdd_dqd", "dqdd_dqdd_motor"),
         _inverse_dynamics_derivatives,
-        FAMILY,
         own=(
             _OF_OTHERS,
             derivative(quantity("tau"), quantity("q"), ", springs and friction included"),
@@ -465,7 +463,6 @@ DERIVATIVES = (
         _DIRECT,
         ("dqdd_dq", "dqdd_dqd", "dqdd_dtau"),
         _direct_dynamics_derivatives,
-        FAMILY,
         own=(derivative(quantity("qdd"), quantity("tau"), ": columns of the inverse of the inertia matrix"),),
         columns=_DIRECT,
         on_base=MOVING,
@@ -478,7 +475,6 @@ DERIVATIVES = (
         _INVERSE,
         ("dtau_dp", "dqdd_dp"),
         _inverse_dynamics_parameter_derivatives,
-        FAMILY,
         own=(_OF_OTHERS,),
         columns=(PARAMETERS,),
         on_base=MOVING,
@@ -491,7 +487,6 @@ DERIVATIVES = (
         _DIRECT,
         ("dqdd_dp",),
         _direct_dynamics_parameter_derivatives,
-        FAMILY,
         columns=(PARAMETERS,),
         on_base=MOVING,
         pivots=Pivots.ALL,
@@ -503,7 +498,6 @@ DERIVATIVES = (
         ("q", "qd", "qdd"),
         ("M", "D", "K"),
         _linearization,
-        FAMILY,
         has_loop_forces=True,
     ),
 )

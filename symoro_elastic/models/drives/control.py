@@ -32,7 +32,6 @@ from symoro_elastic.symbolic.functions import amount, clamp, cosine_sine, square
 from symoro_elastic.symbolic.program import Section
 
 CONTROL, START = "control", "control_start"
-FAMILY = "controllers"
 WHOLE = 1e-6
 """Relative deviation of a time from an integer number of periods that counts as rounding."""
 MOST_SAMPLES = 4096
@@ -75,11 +74,10 @@ def samples_of_mean(time: float, period: float) -> tuple[int, str]:
 
 def _numbers(machine: Machine, j: int, drive: Drive) -> dict[str, float]:
     """Return the numbers of a drive by their keys, for the values of parameters in the file; raises `InputError`."""
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
     numbers = {}
     for key, formula in drive.formulas:
         try:
-            numbers[key] = float(formula.value(values))
+            numbers[key] = float(formula.value(machine.given_values))
             reason = why_wrong(key, numbers[key])
         except FormulaError as error:
             reason = str(error)
@@ -285,7 +283,6 @@ CONTROLLERS = (
         (*GIVEN, "zc"),
         ("u", "zc_next"),
         _control,
-        FAMILY,
         Parts.WHOLE,
         own_arguments=_arguments,
     ),
@@ -296,7 +293,6 @@ CONTROLLERS = (
         ("r", "rd", "rdd", "tau"),
         ("zc",),
         _start,
-        FAMILY,
         Parts.WHOLE,
     ),
 )

@@ -120,7 +120,6 @@ def _refuse_without_couplings(bound: Bound, model: str) -> None:
         raise machine.error(model, "no joint depends on another here, by a coupling or a loop: leave the model out")
 
 
-FAMILY = "closed chains"
 CLOSED_CHAINS = (
     Model(
         "dependent_coordinates",
@@ -129,7 +128,6 @@ CLOSED_CHAINS = (
         ("q",),
         ("x",),
         _dependent_coordinates,
-        FAMILY,
         Parts.WHOLE,
     ),
     Model(
@@ -139,7 +137,6 @@ CLOSED_CHAINS = (
         ("q", "qd"),
         ("S", "gam"),
         _coupling_matrix,
-        FAMILY,
         Parts.WHOLE,
     ),
     Model(
@@ -149,7 +146,6 @@ CLOSED_CHAINS = (
         ("q", "q_dep"),
         ("q_dep", "residual"),
         _assemble,
-        FAMILY,
         Parts.WHOLE,
     ),
     Model(
@@ -159,7 +155,6 @@ CLOSED_CHAINS = (
         ("q", "qd", "qdd"),
         ("mu", "lam"),
         _constraint_forces,
-        FAMILY,
         Parts.WHOLE,
         keeps_grouping=False,
         has_loop_forces=True,

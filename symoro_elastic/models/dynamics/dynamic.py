@@ -74,7 +74,7 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, joints: Joints) -> Results:
     qdd, of_base = solution_with_base(bound, factors, matrix, recursion, right)
     name_dynamics(bound, recursion, "[15]", "[61]")
     name_composites(bound, matrix)
-    name_factors(bound, factors, right, qdd)
+    name_factors(bound.names, factors, right, qdd)
     return {"qdd": Result(joints, tuple(qdd[j] for j in joints)), **_of_bristles(bound), **of_base}
 
 
@@ -188,7 +188,6 @@ def _energy(bound: Bound, _: Joints) -> Results:
     return {"E": Result(None, parts, (3,))}
 
 
-FAMILY = "dynamics"
 DYNAMIC = (
     Model(
         "direct_dynamics",
@@ -197,7 +196,6 @@ DYNAMIC = (
         ("q", "qd", "tau"),
         ("qdd",),
         _direct_dynamics,
-        FAMILY,
         on_base=MOVING,
         pivots=Pivots.ALL,
         checked_by=CheckedBy.DIRECT,
@@ -209,7 +207,6 @@ DYNAMIC = (
         ("q", "qd", "tau"),
         ("qdd",),
         _direct_dynamics_by_inertia_matrix,
-        FAMILY,
         on_base=MOVING,
         pivots=Pivots.ALL,
         checked_by=CheckedBy.DIRECT,
@@ -222,7 +219,6 @@ DYNAMIC = (
         ("q", "qd", "qdd_motor"),
         ("tau", "qdd"),
         _inverse_dynamics,
-        FAMILY,
         on_base=MOVING,
         pivots=Pivots.WITHOUT_MOTOR,
         checked_by=CheckedBy.INVERSE,
@@ -234,7 +230,6 @@ DYNAMIC = (
         ("q",),
         ("A",),
         _inertia_matrix,
-        FAMILY,
         on_base=(),
         checked_by=CheckedBy.INERTIA,
     ),
@@ -245,7 +240,6 @@ DYNAMIC = (
         ("q",),
         ("A_packed",),
         _inertia_matrix_packed,
-        FAMILY,
         Parts.WHOLE,
         on_base=(),
         checked_by=CheckedBy.INERTIA,
@@ -257,7 +251,6 @@ DYNAMIC = (
         ("q", "qd"),
         ("H",),
         _bias_forces,
-        FAMILY,
         on_base=(ORIENTATION, "V0"),
         checked_by=CheckedBy.BIAS,
     ),
@@ -268,7 +261,6 @@ DYNAMIC = (
         ("q", "qd"),
         ("H",),
         _coriolis_forces,
-        FAMILY,
         own=(_forces("Coriolis and centrifugal forces, and those of a moving base"),),
         on_base=("V0",),
     ),
@@ -279,7 +271,6 @@ DYNAMIC = (
         ("q",),
         ("H",),
         _gravity_forces,
-        FAMILY,
         own=(_forces("gravity forces"),),
         on_base=(ORIENTATION,),
     ),
@@ -290,7 +281,6 @@ DYNAMIC = (
         ("qd",),
         ("H",),
         _friction_forces,
-        FAMILY,
         own=(_forces("friction forces"),),
         on_base=(),
     ),
@@ -301,7 +291,6 @@ DYNAMIC = (
         ("q",),
         ("H",),
         _external_forces,
-        FAMILY,
         own=(_forces("forces that balance the external wrenches"),),
         on_base=(),
     ),
@@ -312,7 +301,6 @@ DYNAMIC = (
         ("q", "qd", "qdd"),
         ("f",),
         _reaction_wrenches,
-        FAMILY,
         Parts.BODIES,
         on_base=(ORIENTATION, "V0", "V0d"),
         keeps_grouping=False,
@@ -325,7 +313,6 @@ DYNAMIC = (
         ("q", "qd"),
         ("E",),
         _energy,
-        FAMILY,
         Parts.WHOLE,
         on_base=(ORIENTATION, "P0", "V0"),
     ),

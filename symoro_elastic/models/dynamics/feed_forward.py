@@ -347,7 +347,6 @@ FEED_FORWARD = (
         tuple(row.name for row in MOTION),
         ("tau", "q", "qd"),
         _feed_forward,
-        "feed-forward",
         own=(replace(quantity("q"), meaning="joint variables: motor positions and deflections of springs"),),
         own_arguments=_arguments,
         checked_by=CheckedBy.EQUATIONS_OF_MOTION,

@@ -228,7 +228,6 @@ def _base_parameters(bound: Bound, _: Joints) -> Results:
     return {"X": Result(None, entries, (len(entries),), column_labels=labels)}
 
 
-FAMILY = "identification"
 IDENTIFICATION = (
     Model(
         "regressor",
@@ -237,7 +236,6 @@ IDENTIFICATION = (
         ("q", "qd", "qdd"),
         ("Y",),
         _regressor,
-        FAMILY,
     ),
     Model(
         "energy_regressor",
@@ -246,7 +244,6 @@ IDENTIFICATION = (
         ("q", "qd"),
         ("h",),
         _energy_regressor,
-        FAMILY,
         Parts.WHOLE,
     ),
     Model(
@@ -256,7 +253,6 @@ IDENTIFICATION = (
         (),
         ("X",),
         _base_parameters,
-        FAMILY,
         Parts.WHOLE,
         is_grouped=True,
     ),

@@ -145,7 +145,6 @@ def _refuse_without_joints(bound: Bound, model: str) -> None:
         raise bound.machine.error(model, what)
 
 
-FAMILY = "geometry and kinematics"
 GEOMETRIC = (
     Model(
         "geometric_model",
@@ -154,22 +153,11 @@ GEOMETRIC = (
         ("q",),
         ("T",),
         geometric_model,
-        FAMILY,
         Parts.POINTS,
         on_base=(),
         checked_by=CheckedBy.FRAMES,
     ),
-    Model(
-        "velocities",
-        "velocities of frames",
-        "[3]",
-        ("q", "qd"),
-        ("V",),
-        _velocities,
-        FAMILY,
-        Parts.POINTS,
-        on_base=("V0",),
-    ),
+    Model("velocities", "velocities of frames", "[3]", ("q", "qd"), ("V",), _velocities, Parts.POINTS, on_base=("V0",)),
     Model(
         "accelerations",
         "accelerations of frames",
@@ -177,11 +165,10 @@ GEOMETRIC = (
         ("q", "qd", "qdd"),
         ("Vd",),
         _accelerations,
-        FAMILY,
         Parts.POINTS,
         on_base=("V0", "V0d"),
     ),
-    Model("jacobian", "Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, FAMILY, Parts.POINTS, on_base=()),
+    Model("jacobian", "Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, Parts.POINTS, on_base=()),
     Model(
         "jacobian_dot_qd",
         "accelerations of frames at zero joint acceleration on a base at rest",
@@ -189,7 +176,6 @@ GEOMETRIC = (
         ("q", "qd"),
         ("Vd",),
         _jacobian_dot_qd,
-        FAMILY,
         Parts.POINTS,
         own=(
             replace(
@@ -261,7 +247,6 @@ def _refuse_without_static_springs(machine: Machine, model: str) -> None:
         raise machine.error(model, what)
 
 
-OF_STATIC_SPRINGS = "static springs"
 STATIC_SPRINGS = (
     Model(
         DEFLECTIONS,
@@ -270,7 +255,6 @@ STATIC_SPRINGS = (
         ("q", "qd", "qdd"),
         ("q_static",),
         _static_deflections,
-        OF_STATIC_SPRINGS,
         Parts.WHOLE,
         on_base=(ORIENTATION, "V0", "V0d"),
     ),
@@ -281,7 +265,6 @@ STATIC_SPRINGS = (
         ("q", "q_static"),
         ("T",),
         geometric_model,
-        OF_STATIC_SPRINGS,
         Parts.POINTS,
         own_arguments=_arguments,
         on_base=(),

@@ -253,9 +253,6 @@ def _zero_parameters(bound: Bound, task: Task) -> list[str]:
     return zero
 
 
-FAMILY = "inverse geometry"
-
-
 def _solutions(joints: int) -> Quantity:
     """The quantity of joint variables by solution, with a note on chains of fewer than this number of joints."""
     return replace(
@@ -277,7 +274,6 @@ INVERSE_GEOMETRIC = (
         ("T",),
         ("q", "singularity"),
         _inverse_geometric_model,
-        FAMILY,
         Parts.FRAMES,
         own=(_PLACEMENT, _solutions(6)),
         on_base=(),
@@ -290,7 +286,6 @@ INVERSE_GEOMETRIC = (
         ("P",),
         ("q", "singularity"),
         _inverse_position_model,
-        FAMILY,
         Parts.FRAMES,
         own=(_solutions(3),),
         on_base=(),

@@ -225,12 +225,8 @@ def _rows_of(letter: str, meaning: str) -> Callable[[Bound, Results], tuple[Quan
         names = [f"{frames.name(j)}.{COMPONENTS[k - 1]}" for j, k in numbers]
         joints = [bound.machine.joint(int(x.removeprefix("weight"))).name for x in _symbols(results, r"weight\d+")]
         weights = quantity("weights")
-        return (
-            replace(
-                quantity(letter), meaning=f"{meaning} {', '.join(names)}", frame=_AXES, shape=_SHAPE, roles=ARGUMENT
-            ),
-            replace(weights, meaning=f"{weights.meaning}: of {', '.join(joints)}"),
-        )
+        wanted = _wanted_row(letter, f"{meaning} {', '.join(names)}")
+        return wanted, replace(weights, meaning=f"{weights.meaning}: of {', '.join(joints)}")
 
     return rows
 
@@ -286,15 +282,13 @@ def _component_list(bound: Bound, task: Task) -> str:
     return ", ".join(_requests(bound, task))
 
 
-FAMILY = "inverse kinematics"
 _EQUATIONS = "(Khalil and Dombre 2002, 6.2-6.7)"
 _AXES = "in axes of frame 0, or of the frame it is asked in"
-_SHAPE = "components"
 _VELOCITIES, _ACCELERATIONS = "wanted velocities", "wanted accelerations"
 
 
 def _wanted_row(letter: str, meaning: str) -> Quantity:
-    return replace(quantity(letter), meaning=meaning, frame=_AXES, shape=_SHAPE, roles=ARGUMENT)
+    return replace(quantity(letter), meaning=meaning, frame=_AXES, shape="components", roles=ARGUMENT)
 
 
 def _of_movers(name: str) -> Quantity:
@@ -314,7 +308,6 @@ INVERSE_KINEMATIC = (
         ("q",),
         ("detJ",),
         _jacobian_determinant,
-        FAMILY,
         Parts.COMPONENTS,
         on_base=(),
     ),
@@ -325,7 +318,6 @@ INVERSE_KINEMATIC = (
         ("q",),
         ("Jinv",),
         _inverse_jacobian,
-        FAMILY,
         Parts.COMPONENTS,
         on_base=(),
     ),
@@ -336,7 +328,6 @@ INVERSE_KINEMATIC = (
         ("q", "V"),
         ("qd",),
         _inverse_velocity_model,
-        FAMILY,
         Parts.COMPONENTS,
         own=(_of_movers("qd"), _wanted_row("V", f"{_VELOCITIES} of components of the frame")),
         own_rows=_rows_of("V", _VELOCITIES),
@@ -350,7 +341,6 @@ INVERSE_KINEMATIC = (
         ("q", "qd", "Vd"),
         ("qdd",),
         _inverse_acceleration_model,
-        FAMILY,
         Parts.COMPONENTS,
         own=(_of_movers("qdd"), _wanted_row("Vd", f"{_ACCELERATIONS} of components of the frame")),
         own_rows=_rows_of("Vd", _ACCELERATIONS),

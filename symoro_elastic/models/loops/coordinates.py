@@ -15,7 +15,7 @@ from itertools import combinations
 from symoro_elastic.foundation.scalar import Scalar, quotient
 from symoro_elastic.mechanics.coordinates import Row, combination, product
 from symoro_elastic.mechanics.loops.closing import closing_acceleration, closing_columns, closing_error
-from symoro_elastic.mechanics.loops.linear import BY_COFACTORS, Column, determinant, solve
+from symoro_elastic.mechanics.loops.linear import BY_COFACTORS, determinant, solve
 from symoro_elastic.mechanics.loops.planar import Closed, Complex
 from symoro_elastic.mechanics.spatial import AxialTransform, Twist
 from symoro_elastic.models.loops.assembly import loop_branches
@@ -67,7 +67,8 @@ class Coordinates:
         """Rates of joint coordinates."""
         rates = {j: product(row, self.tree.qd) for j, row in self.S_x.items()}
         for loop in (loop for block in self.blocks for loop in block):
-            name_rates(self.tree.names, loop, rates)
+            for j in loop.dependent:
+                self.tree.names.give(rates[j], f"rate{j}_x", _rates(loop))
         return rates
 
     @cached_property
@@ -135,7 +136,8 @@ class Coordinates:
         for loop in block:
             name_equations(self.tree.names, loop, self._closing_columns(loop))
             name_partials(self.tree.names, loop, rows)
-        name_determinant(self.tree.names, block[0], W_d)
+        if len(W_d) <= BY_COFACTORS:
+            self.tree.names.give(quotient(1, determinant(W_d)), f"W{block[0].loop.cut}_inverse", _rates(block[0]))
         return rows
 
     def _dependent_accelerations(self, block: list[LoopPlan], gam_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
@@ -237,23 +239,11 @@ def name_equations(names: Names, loop: LoopPlan, columns: Mapping[int, Twist]) -
             names.give(column.entries[row], f"W{loop.loop.cut}_{row + 1}_{j}", _rates(loop))
 
 
-def name_determinant(names: Names, loop: LoopPlan, W_d: Sequence[Column]) -> None:
-    """Name 1 / det W_d of a block of loops by its first loop, where cofactors solve it."""
-    if len(W_d) <= BY_COFACTORS:
-        names.give(quotient(1, determinant(W_d)), f"W{loop.loop.cut}_inverse", _rates(loop))
-
-
 def name_partials(names: Names, loop: LoopPlan, rows: Mapping[int, Row]) -> None:
     """Name the entries of dx/du of dependent joints (L10)."""
     for j in loop.dependent:
         for k, x in rows[j].items():
             names.give(x, f"S{j}_{k}", _rates(loop))
-
-
-def name_rates(names: Names, loop: LoopPlan, rates: Mapping[int, Scalar]) -> None:
-    """Name the rates of dependent joints."""
-    for j in loop.dependent:
-        names.give(rates[j], f"rate{j}_x", _rates(loop))
 
 
 def name_accelerations(

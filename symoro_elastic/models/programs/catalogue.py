@@ -36,19 +36,21 @@ from symoro_elastic.symbolic.program import Input, Pruned
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
-FAMILIES = (
-    DYNAMIC,
-    DERIVATIVES,
-    FEED_FORWARD,
-    GEOMETRIC,
-    INVERSE_GEOMETRIC,
-    INVERSE_KINEMATIC,
-    IDENTIFICATION,
-    CLOSED_CHAINS,
-    STATIC_SPRINGS,
-    CONTROLLERS,
-)
-MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
+FAMILIES = {
+    "dynamics": DYNAMIC,
+    "derivatives": DERIVATIVES,
+    "feed-forward": FEED_FORWARD,
+    "geometry and kinematics": GEOMETRIC,
+    "inverse geometry": INVERSE_GEOMETRIC,
+    "inverse kinematics": INVERSE_KINEMATIC,
+    "identification": IDENTIFICATION,
+    "closed chains": CLOSED_CHAINS,
+    "static springs": STATIC_SPRINGS,
+    "controllers": CONTROLLERS,
+}
+MODELS: dict[str, Model] = {
+    model.name: replace(model, family=family) for family, models in FAMILIES.items() for model in models
+}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
 KINEMATIC_MODELS = ("geometric_model", "jacobian")
 """Default models of machines without mass."""
@@ -235,7 +237,9 @@ def expressions_of_scene(
     give.
     """
     scene = resolve(scene, machine, MODELS)
-    restricted, constants = restrict(machine, scene), _constants(machine, scene)
+    restricted = restrict(machine, scene)
+    refuse_without_value(machine, scene)
+    constants = names_to_fold(machine, scene)
     models = models_of(scene)
     _refuse_idle_outputs(restricted, scene, models)
     _refuse_changed_by_grouping(restricted, models)
@@ -314,12 +318,6 @@ def _columns(restricted: Machine, scene: Scene, model: str, constants: Sequence[
             why = "becomes a constant: do not fold it" if name in constants else "belongs to a locked joint"
             raise InputError(_source(restricted, scene), f"scene, outputs, {model}", f"no column {name!r}: it {why}")
     return names
-
-
-def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:
-    """Names of the parameters that become constants."""
-    refuse_without_value(machine, scene)
-    return names_to_fold(machine, scene)
 
 
 def refuse_without_value(machine: Machine, scene: Scene) -> None:

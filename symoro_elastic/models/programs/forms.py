@@ -24,7 +24,7 @@ from symoro_elastic.mechanics.energy import gravity_energy
 from symoro_elastic.mechanics.factorization import factorization, solution
 from symoro_elastic.models.bound.bind import Bound, coordinate_inertia
 from symoro_elastic.models.bound.model import Joints, Result
-from symoro_elastic.models.bound.naming import name_composites, name_dynamics, name_factors_in
+from symoro_elastic.models.bound.naming import name_composites, name_dynamics, name_factors
 from symoro_elastic.models.bound.rules import held_rules
 from symoro_elastic.models.bound.tracing import prune
 from symoro_elastic.models.programs.catalogue import MODELS, trace_of
@@ -105,7 +105,7 @@ class EnergyForm(_Form):
             return {}
         factors = factorization(joints[::-1], A)
         qdd = solution(factors, right)
-        name_factors_in(names, factors, right, qdd)
+        name_factors(names, factors, right, qdd)
         return {j: operand(x) for j, x in qdd.items()}
 
 
@@ -172,7 +172,7 @@ class InertiaForm(_Form):
         factors = factorization(self.joints[::-1], self.matrix(entries))
         right_sides: Mapping[int, Operand] = dict(zip(self.joints, right, strict=True))
         qdd = solution(factors, right_sides)
-        name_factors_in(names, factors, right_sides, qdd)
+        name_factors(names, factors, right_sides, qdd)
         return build(
             self.program.inputs, [Output("qdd", (len(joints),), tuple(operand(qdd[j]) for j in joints))], names
         )

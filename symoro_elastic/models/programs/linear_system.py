@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,7 +69,8 @@ def linear_system(machine: Machine, program: Program) -> LinearSystem | None:
     values = {constant.label.name: constant.value for constant in program.named_constants} | dict(program.quantities)
     A = {i: {j: values.get(f"A{min(i, j)}_{max(i, j)}", 0) for j in joints} for i in joints}
     right: dict[int, Scalar] = {j: values.get(f"Gb{j}", 0) for j in joints}
-    if not all(_is_present(x, present) for x in (*right.values(), *(x for row in A.values() for x in row.values()))):
+    entries = (*right.values(), *(x for row in A.values() for x in row.values()))
+    if any(isinstance(x, Expression) and x.positive.id not in present for x in entries):
         return None  # a number in an entry of A is one with what elimination subtracts
     order, by = joints[::-1], share
     if machine.is_coupled:
@@ -93,10 +94,6 @@ def linear_system(machine: Machine, program: Program) -> LinearSystem | None:
         *_counts(factors, place),
         OF_TERM + is_reordered * 3 * len(order),
     )
-
-
-def _is_present(x: Scalar, nodes: Collection[int]) -> bool:
-    return not isinstance(x, Expression) or x.positive.id in nodes
 
 
 def _emission(program: Program, x: Mapping[int, Operand]) -> tuple[NewValues, bool] | None:

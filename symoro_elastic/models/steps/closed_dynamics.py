@@ -16,7 +16,7 @@ from symoro_elastic.models.dynamics.floating_base import on_its_base
 from symoro_elastic.models.programs.catalogue import MODELS, in_form, trace_of
 from symoro_elastic.quantities import quantity
 
-NAME, FAMILY = "closed_dynamics", "time steps"
+NAME = "closed_dynamics"
 
 
 def closed_dynamics(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
@@ -54,18 +54,12 @@ def _results(bound: Bound, rates: Sequence[Scalar], form: str) -> Results:
     return {"qdd": by_name.pop("qdd"), **zd, "tau_m": tau, **by_name}
 
 
-def _not_in_catalogue(bound: Bound, _: object) -> Results:
-    raise NotImplementedError("traced with its drives")
-
-
 _MODEL = Model(
     NAME,
     "direct dynamic model under the drives",
     "[12]-[36]",
     ("q", "qd", "z", *SET_POINTS, "tau"),
     ("qdd", "zd", "tau_m"),
-    _not_in_catalogue,
-    FAMILY,
     own=(
         replace(quantity("z"), meaning="states of friction, then of drives", unit=None, shape="states"),
         replace(quantity("zd"), unit=None, shape="states"),

@@ -48,7 +48,6 @@ from symoro_elastic.symbolic.functions import square_root
 from symoro_elastic.symbolic.program import Input, Output, Section, prune, schedule
 from symoro_elastic.symbolic.two_stages import in_two_stages
 
-FAMILY = "time steps"
 Scalars = dict[int, Scalar]
 DISPLACEMENT, RATES = "base_displacement", "base_rates"
 
@@ -98,8 +97,6 @@ def _factors(motors: Motors, bound: Bound, system: _System) -> Model:
         "[28]-[32]",
         (*position_blocks(bound.machine), "qd", *(["z"] if bound.z or system.states else []), "g", *gains, *load),
         ("factors",),
-        _not_in_catalogue,
-        FAMILY,
     )
 
 
@@ -110,13 +107,7 @@ def _solve(motors: Motors, sides: tuple[str, ...], results: tuple[str, ...]) -> 
         "[28]-[36]",
         ("factors", *sides),
         results,
-        _not_in_catalogue,
-        FAMILY,
     )
-
-
-def _not_in_catalogue(bound: Bound, _: object) -> dict[str, Result]:
-    raise NotImplementedError("traced in two stages")
 
 
 @dataclass(frozen=True)
@@ -244,7 +235,7 @@ class _System:
         on_fixed_base = not bound.machine.degrees_of_base
         x, x_0 = (solution(factors, right), AT_REST) if on_fixed_base else self._with_base(factors, matrix, right)
         name_composites(bound, matrix)
-        name_factors(bound, factors, right, x)
+        name_factors(bound.names, factors, right, x)
         return dict.fromkeys(bound.machine.independent, 0) | x, x_0
 
     def _with_base(self, factors: Factorization, matrix: InertiaMatrix, right: Scalars) -> tuple[Scalars, Twist]:
@@ -315,7 +306,6 @@ def base_models(machine: Machine, folded: Sequence[str] = ()) -> tuple[TracedMod
         (orientation, "x0"),
         (f"{orientation}_change", "P0_change"),
         _displacement,
-        FAMILY,
     )
     rates = Model(
         RATES,
@@ -324,7 +314,6 @@ def base_models(machine: Machine, folded: Sequence[str] = ()) -> tuple[TracedMod
         ("x0", "V0", "V0d"),
         ("x0d", "V0_rate"),
         _rates,
-        FAMILY,
     )
     trees = Tree(machine, folded), Tree(machine, folded)
     results = _displacement(trees[0], ()), _rates(trees[1], ())

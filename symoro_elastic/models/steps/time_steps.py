@@ -21,7 +21,7 @@ from symoro_elastic.models.bound.tracing import Trace, prune, schedule
 from symoro_elastic.models.drives.drive_states import driven_motors, why_not_driven
 from symoro_elastic.models.programs.catalogue import trace, with_friction_states
 from symoro_elastic.models.steps.closed_dynamics import closed_dynamics
-from symoro_elastic.models.steps.implicit_steps import FAMILY, Motors, base_models, implicit_system
+from symoro_elastic.models.steps.implicit_steps import Motors, base_models, implicit_system
 from symoro_elastic.quantities import quantity
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.functions import amount
@@ -150,7 +150,6 @@ def motor_coordinates(
         (*position_blocks(machine), "qd"),
         tuple(results),
         lambda other, _: _results(other, position),
-        FAMILY,
     )
     entries = bound.arguments()
     inputs = tuple(Input(name, entries[name]) for name in model.arguments)
@@ -184,7 +183,6 @@ def passed_trace(bound: Bound) -> Trace:
         (*position_blocks(bound.machine), "qd", "qdd", "tau"),
         tuple(results),
         lambda other, _: _passed_results(other),
-        FAMILY,
         own=(
             replace(quantity("load"), name=PASSED),
             replace(quantity("load"), name=TERMS, meaning="sum of the amounts of the terms of the load"),

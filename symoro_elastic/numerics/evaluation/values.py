@@ -101,7 +101,7 @@ def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
 
 def given_values(machine: Machine) -> ParameterValues:
     """Return the values that the machine gives to its parameters."""
-    return {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    return machine.given_values
 
 
 def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:

@@ -32,6 +32,7 @@ from symoro_elastic.machine.scene import Point
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.energy import gravity_energy
+from symoro_elastic.mechanics.joint_laws import friction_slope
 from symoro_elastic.mechanics.kinematics import frame_set, motion_expressed_in, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import is_zero
@@ -402,6 +403,21 @@ class EquationsOfMotion:
     def spring_forces(self, q: Array) -> Array:
         """Return k (x - x0), or k D(x - x0) (D3), (springs,) in the order of `springs`, N m or N."""
         return self._at(q, [force for _, force, _ in self.springs.values()])
+
+    def joint_laws(self, start: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Return stiffness (n,) of joints, their damping (N, n) at v (N, n), forces (n,) of springs at the start.
+
+        The slope of dry friction that creeps is damping, too.
+        """
+        laws = [(joint.spring, joint.friction) for joint in self.given.independent_joints]
+        cells = [(s.stiffness, s.damping, s.neutral, f.viscous, f.coulomb, f.creep) for s, f in laws]
+        at_start = {str(joint.variable): x for joint, x in zip(self.given.independent_joints, start, strict=True)}
+        values = {**self.parameters, **at_start}
+        numbers = np.array([[cell.value(values) for cell in row] for row in cells], dtype=float)
+        stiffness, damping, neutral, viscous, coulomb, creep = numbers.T
+        speed = np.hypot(v, np.where(creep > 0, creep, 1.0))
+        slope: Any = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)
+        return stiffness.copy(), damping + slope, stiffness * (start - neutral)
 
     def refuse_open(self, q: Array) -> None:
         """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""

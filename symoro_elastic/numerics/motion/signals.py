@@ -176,8 +176,7 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
         raise machine.error(place, what)
     if reason := machine.no_frame_of_mode(number):
         raise machine.error(place, f"{quote(name)}: {reason}")
-    parameters = {parameter.name for parameter in machine.parameters}
-    unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - parameters)
+    unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - machine.parameter_names)
     if unknown:
         raise machine.error(place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
     return FrameSignal(name, number, component, order, part.at)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.packaging import trace_models
@@ -64,6 +65,19 @@ class ResultCheck:
     result: str
     moderate: Surviving
     extreme: Surviving
+
+
+@dataclass(frozen=True, repr=False)
+class SelfCheck(Result):
+    """The checks of all results of the models of a machine, by its name."""
+
+    name: str
+    checks: Sequence[ResultCheck]
+
+    @property
+    def least_digits(self) -> float:
+        """Digits that agree in the worst result at the worst moderate state."""
+        return min((check.moderate.digits for check in self.checks), default=0.0)
 
 
 def self_check(

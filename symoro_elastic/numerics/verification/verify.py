@@ -31,7 +31,7 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.model import CheckedBy
-from symoro_elastic.models.drives.control import FAMILY as CONTROLLERS
+from symoro_elastic.models.drives.control import CONTROLLERS
 from symoro_elastic.models.dynamics.load_coordinates import chains, load_positions
 from symoro_elastic.models.packaging import Traced, trace_models
 from symoro_elastic.models.programs.catalogue import MODELS, TracedModel
@@ -345,7 +345,7 @@ def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     for name in scene.models:
         if not depends_on_state(MODELS[name].arguments):
             put_back = "put its solutions back into geometric_model, jacobian or inverse_dynamics"
-            of_drives = MODELS[name].family == CONTROLLERS
+            of_drives = name in {model.name for model in CONTROLLERS}
             what = f"there is no reference for it: {'simulate with drives = true' if of_drives else put_back}"
             raise machine.error(f"check, {name}", what)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from symoro_elastic.foundation.results import Field, Part, Table, declare, json_of, parts_of, table_of
+from symoro_elastic.foundation.results import Field, Part, declare, json_of, parts_of, table_of
 from symoro_elastic.numerics.verification.forms import Choice, Form
-from symoro_elastic.numerics.verification.self_check import ResultCheck, Surviving
+from symoro_elastic.numerics.verification.self_check import ResultCheck, SelfCheck, Surviving
 from symoro_elastic.numerics.verification.verify import ModelVerification, Verification, Worst
 
 
@@ -72,20 +71,19 @@ declare(
 )
 
 
-def self_check_table(checks: Sequence[ResultCheck], title: str = "") -> Table:
-    """Return a table with the spread of every result over the rounding modes, and the digits that agree at worst."""
-    return table_of(ResultCheck, checks, title)
+@parts_of.register
+def _(result: SelfCheck) -> list[Part]:
+    """Return the table of spreads over the rounding modes, and the digits that agree at worst."""
+    title = f"{result.name}: spread over the rounding modes, typical / worst"
+    sentence = f"at moderate states {result.least_digits:.1f} digits survive in the worst case"
+    return [table_of(ResultCheck, result.checks, title), sentence]
 
 
-def self_check_json(checks: Sequence[ResultCheck]) -> dict[str, Any]:
+@json_of.register
+def _(result: SelfCheck) -> dict[str, Any]:
     """Return the spreads by model and result."""
     by_model: dict[str, Any] = {}
-    for check in checks:
+    for check in result.checks:
         spreads = {"moderate": asdict(check.moderate), "extreme": asdict(check.extreme)}
         by_model.setdefault(check.model, {})[check.result] = spreads
     return {"models": by_model}
-
-
-def least_digits(checks: Sequence[ResultCheck]) -> float:
-    """Return the digits that agree in the worst result at the worst moderate state."""
-    return min((check.moderate.digits for check in checks), default=0.0)

@@ -91,9 +91,8 @@ def bars_of(machine: Machine, straight: Callable[[], Array], values: Mapping[str
 
     None where these raise `InputError`: loops do not close there.
     """
-    numbers = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
     beams = DescribedMachine.of(machine).origin.beams
-    ends = ((beam, numbers.get(f"{beam.name}_root"), numbers.get(f"{beam.name}_end")) for beam in beams)
+    ends = ((beam, machine.rows.get(f"{beam.name}_root"), machine.rows.get(f"{beam.name}_end")) for beam in beams)
     rows = [(beam, root, end) for beam, root, end in ends if root and end and root < end]
     try:
         T = straight() if rows else np.empty(0)

@@ -15,9 +15,10 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.columns import UPPER
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import COORDINATES, FrameNames, with_base_coordinates
-from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.bound.state import State, closing_models
@@ -33,8 +34,6 @@ from symoro_elastic.pages.drawing.skins import Skin, skins_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 
-TENSOR = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
-"""Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
 ROUNDING = 1e-9
 """Of a principal moment, by the largest: what a square may be below zero."""
 
@@ -128,7 +127,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     skins = [*skins_of(machine)]
     covered = {skin.root for skin in skins}
     shapes: list[Solid | Wire | Bar | Skin] = [*([] if _floats(machine) else base_shapes(up, unit)), *bars, *skins]
-    for j, joint in _enumerate_joints(machine):
+    for j, joint in enumerate(machine.joints, start=1):
         if joint.name not in COORDINATES and j not in {*hidden, *within}:
             shapes += joint_shapes(j, joint, T, unit)
         if j in boxes and (j not in hidden or j not in within) and j not in covered:
@@ -151,13 +150,13 @@ def figure_of(placements: Placements, q: Array) -> Figure:
 def _rows_of_modes(machine: Machine) -> frozenset[int]:
     """Rows of modes, and those from a body that bends by modes to what it carries."""
     variables = {machine.joint(j).variable for j in machine.modal_rows}
-    coupled = ((j, joint) for j, joint in _enumerate_joints(machine) if joint.kind is Kind.COUPLED)
+    coupled = ((j, joint) for j, joint in enumerate(machine.joints, start=1) if joint.kind is Kind.COUPLED)
     return machine.modal_rows | {j for j, joint in coupled if variables & {*joint.theta.names, *joint.r.names}}
 
 
 def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
     """The boxes of bodies with values, by the number of their joint, and which are reduced to points: far too long."""
-    numbered = ((j, box_of(joint.body, values)) for j, joint in _enumerate_joints(machine))
+    numbered = ((j, box_of(joint.body, values)) for j, joint in enumerate(machine.joints, start=1))
     boxes = {j: box for j, box in numbered if box}
     lengths = {j: float(np.linalg.norm(box.edges)) for j, box in boxes.items()}
     machine_length = max(float(np.linalg.norm(np.ptp(T[:, :3, 3], axis=0))), float(np.median([*lengths.values(), 0.0])))
@@ -170,7 +169,9 @@ def _remarks(placements: Placements, boxes: Mapping[int, Box], giants: Sequence[
     machine = placements.machine
     if placements.not_given:
         yield f"not to scale: {', '.join(placements.not_given)} without value"
-    unknown = [joint.name for j, joint in _enumerate_joints(machine) if j not in boxes and not joint.body.mass.is_zero]
+    unknown = [
+        joint.name for j, joint in enumerate(machine.joints, start=1) if j not in boxes and not joint.body.mass.is_zero
+    ]
     if machine.is_grouped:
         yield "base parameters are those of no bodies: so no bodies are drawn"
     elif unknown:
@@ -182,10 +183,6 @@ def _remarks(placements: Placements, boxes: Mapping[int, Box], giants: Sequence[
         yield f"more than {MOST_NAMED} frames: names are left out"
 
 
-def _enumerate_joints(machine: Machine) -> Iterator[tuple[int, Joint]]:
-    return enumerate(machine.joints, start=1)
-
-
 def _floats(machine: Machine) -> bool:
     """Whether the first rows are the coordinates of a freely moving base."""
     return machine.joints[:1] != () and machine.joints[0].name == COORDINATES[0]
@@ -194,7 +191,7 @@ def _floats(machine: Machine) -> bool:
 def _marks(machine: Machine) -> Iterator[Mark]:
     if not _floats(machine):
         yield Mark(0, "base", "base")
-    for j, joint in _enumerate_joints(machine):
+    for j, joint in enumerate(machine.joints, start=1):
         if joint.name not in COORDINATES:
             yield Mark(j, joint.name, joint.kind)
 
@@ -274,7 +271,7 @@ def box_of(body: Body, values: Mapping[str, float]) -> Box | None:
 
 def _about_centre(body: Body, mass: float, moments: Array) -> tuple[Array, Array]:
     """Return the centre of mass (3,) and the inertia tensor (3, 3) about it, in the frame of the body."""
-    tensor = moments[3:][np.array(TENSOR)]
+    tensor = moments[3:][np.array(UPPER)]
     if body.central:
         return moments[:3], tensor
     centre: Array = moments[:3] / mass

@@ -324,7 +324,7 @@ def meshes_of(machine: Machine) -> tuple[list[Mesh], list[str]]:
     This includes files of meshes outside the folder of the machine.
     """
     described = DescribedMachine.of(machine)
-    numbers = {joint.name: j for j, joint in enumerate(machine.joints, start=1)} | {"": 0}
+    numbers = {**machine.rows, "": 0}
     shapes = [shape for shape in described.origin.shapes if shape.joint in numbers]
     files, meshes, missing = _Files(Path(described.source)), [], []
     for shape in shapes[:MOST_SHAPES]:

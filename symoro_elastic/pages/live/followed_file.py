@@ -37,13 +37,13 @@ def version_of(content: bytes) -> str:
 
 
 class FollowedFile:
-    """A machine file, by the real path if the name is a link."""
+    """A machine file, by the real path if the name is a link: changes `written` and `undone`, before and after each."""
 
     def __init__(self, path: str) -> None:
         self.name = os.path.basename(path)
         self.path = os.path.realpath(path)
-        self._written: list[tuple[bytes, bytes]] = []
-        self._undone: list[tuple[bytes, bytes]] = []
+        self.written: list[tuple[bytes, bytes]] = []
+        self.undone: list[tuple[bytes, bytes]] = []
 
     def content(self) -> bytes:
         """Return the bytes of the file; raises `InputError`, also if a link replaced it."""
@@ -53,16 +53,6 @@ class FollowedFile:
         if len(content) > MAX_BYTES:
             raise InputError(self.path, "file", f"larger than {MAX_BYTES // 10**6} MB")
         return content
-
-    @property
-    def undoable(self) -> int:
-        """Number of changes that can be undone."""
-        return len(self._written)
-
-    @property
-    def redoable(self) -> int:
-        """Number of undone changes that can be made again."""
-        return len(self._undone)
 
     async def edit(self, how: str, version: str, path: list[Any], new: str, fault: Fault) -> None:
         """Make one of `EDITS` where the file is still the version that was seen, and is a machine with it.
@@ -78,24 +68,24 @@ class FollowedFile:
             raise InputError(self.path, "not written", message)
         after = mark + edited.encode("utf-8")
         self._replace(version, after)
-        self._written = [*self._written, (before, after)][-MOST_UNDONE:]
-        self._undone.clear()
+        self.written = [*self.written, (before, after)][-MOST_UNDONE:]
+        self.undone.clear()
 
     def undo(self) -> None:
         """Restore the file before the last written cell; raises `Conflict` if it was saved since."""
-        if not self._written:
+        if not self.written:
             raise InputError(self.path, "undo", "no change made here is left to undo")
-        before, after = self._written[-1]
+        before, after = self.written[-1]
         self._replace(version_of(after), before)
-        self._undone.append(self._written.pop())
+        self.undone.append(self.written.pop())
 
     def redo(self) -> None:
         """Make the last undone change again; raises `Conflict` if the file was saved since."""
-        if not self._undone:
+        if not self.undone:
             raise InputError(self.path, "redo", "no change is undone")
-        before, after = self._undone[-1]
+        before, after = self.undone[-1]
         self._replace(version_of(before), after)
-        self._written.append(self._undone.pop())
+        self.written.append(self.undone.pop())
 
     def _replace(self, version: str, content: bytes) -> None:
         self._content_of(version)

@@ -60,7 +60,7 @@ class Following:
         """Drop all work for the previous version."""
         self.drop()
         self.version = version
-        self._tell("file", {"name": self.file.name, "undo": self.file.undoable, "redo": self.file.redoable})
+        self._tell("file", {"name": self.file.name, "undo": len(self.file.written), "redo": len(self.file.undone)})
 
     def drop(self) -> None:
         """End all work."""

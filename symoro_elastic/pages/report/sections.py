@@ -141,7 +141,7 @@ def sections(subject: Subject) -> Iterator[Section]:
         ("drives", "Drives and control", _drives),
         ("scene", "What the scene requires", _scene),
         ("counts", "Operations", _counts),
-        ("accuracy", "Accuracy", _accuracy),
+        ("accuracy", "Accuracy", lambda subject: blocks_of(subject.verification)),
         ("equations", "Equations", _equations),
     )
     for anchor, title, make in makers:
@@ -234,13 +234,10 @@ def _machine(subject: Subject) -> Iterator[str]:
     placement = placed_machine(machine, {})
     yield block(axes_table(placement, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
-    for flexible in (beams_table(machine, "Beams"), catalogue_table(machine, "Springs from catalogues")):
-        if flexible.rows:
-            yield block(flexible)
-    if (limited := limits_table(machine, "Limits")).rows:
-        yield block(limited)
-    if (driven := drives_table(machine, "Drives")).rows:
-        yield block(driven)
+    flexible = beams_table(machine, "Beams"), catalogue_table(machine, "Springs from catalogues")
+    for table in (*flexible, limits_table(machine, "Limits"), drives_table(machine, "Drives")):
+        if table.rows:
+            yield block(table)
     if machine.parameters:
         values = "".join(map(paragraph, parameter_lines(machine)))
         yield collapsible("Parameters", [f'<div class="columns">{values}</div>'], opened=True)
@@ -304,10 +301,6 @@ def _counts(subject: Subject) -> Iterator[str]:
     if BY_PAIRS not in subject.counts:
         which = f"{BY_PAIRS} of more than {MOST_JOINTS} joints grows with their pairs"
         yield paragraph(f"{which}: symoro-elastic generate --model {BY_PAIRS} counts it.")
-
-
-def _accuracy(subject: Subject) -> Iterator[str]:
-    yield from blocks_of(subject.verification)
 
 
 def _equations(subject: Subject) -> Iterator[str]:

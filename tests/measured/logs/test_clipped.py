@@ -18,8 +18,8 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.measured.logs.identify import identify
-from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
+from symoro_elastic.numerics.linear.regressor import Regressor, regressor
 
 PERIOD, SECONDS = 1e-3, 30
 SLIDE = {

@@ -22,10 +22,10 @@ from symoro_elastic.measured.logs.excitation import ExcitationSettings, excite
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.measured.logs.identified import machine_with_estimates
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.validation import own_fit, validation_of
 from symoro_elastic.numerics.evaluation.assembled_states import start_of
+from symoro_elastic.numerics.linear.regressor import regressor
 from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.closed_chains.machines import FILES, machine, situations, without_closed_form

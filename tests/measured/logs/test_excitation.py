@@ -23,9 +23,9 @@ from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.measured.logs.excitation import Response, within_torques
 from symoro_elastic.measured.logs.fourier_motion import FourierMotion, Limits, Started, from_rest, random_motion
-from symoro_elastic.measured.logs.regression import regressor
 from symoro_elastic.measured.logs.trajectory import limits_of, trajectory
 from symoro_elastic.measured.logs.views import neutral_positions
+from symoro_elastic.numerics.linear.regressor import regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.command_line import run
 from tests.generated_code import imported

@@ -17,7 +17,7 @@ from symoro_elastic.measured.logs.fourier_motion import random_motion
 from symoro_elastic.measured.logs.friction_laws import FrictionLaws
 from symoro_elastic.measured.logs.identified import Identified
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import regressor
+from symoro_elastic.numerics.linear.regressor import regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.logs import LOAD, Draw, arm
 from tests.benchmarks.sensors import three_axis

@@ -43,10 +43,10 @@ from symoro_elastic.measured.logs.fourier_motion import Limits, random_motion, w
 from symoro_elastic.measured.logs.identified import machine_with_estimates, without_negatives
 from symoro_elastic.measured.logs.identify import LogSettings, identify
 from symoro_elastic.measured.logs.noise import RowNoise
-from symoro_elastic.measured.logs.regression import RegressorColumn, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.views import table
 from symoro_elastic.numerics.linear.independence import independent_columns
+from symoro_elastic.numerics.linear.regressor import RegressorColumn, regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.references.random_machines import with_springs_beside_motors
 

@@ -23,9 +23,9 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.measured.logs.filtering import EvenClock
 from symoro_elastic.measured.logs.identify import LogSettings, identify
-from symoro_elastic.measured.logs.regression import Regressor, regressor
 from symoro_elastic.measured.logs.result import Identification
 from symoro_elastic.measured.logs.validation import validation_of
+from symoro_elastic.numerics.linear.regressor import Regressor, regressor
 from symoro_elastic.numerics.verification.implementations import numpy_model
 from tests.benchmarks.identification import Fault
 from tests.benchmarks.logs import CASES, MISTAKES, RATE, Case, Change, Draw, arm, deviations, replaced, table, truth_of

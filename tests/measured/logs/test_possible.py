@@ -21,9 +21,9 @@ from symoro_elastic.measured.fitting.estimates import Verdict
 from symoro_elastic.measured.logs.identified import Identified
 from symoro_elastic.measured.logs.possible import Possible
 from symoro_elastic.measured.logs.pseudo_inertia import Prior, inertial_parameters, lifted, nearest, pseudo_inertia
-from symoro_elastic.measured.logs.regression import nominal_body, regressor
 from symoro_elastic.measured.logs.views import table
 from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.linear.regressor import nominal_body, regressor
 from tests.benchmarks.identification import CASES
 from tests.benchmarks.possible import cut, off
 from tests.benchmarks.sensors import CASES as SENSORS

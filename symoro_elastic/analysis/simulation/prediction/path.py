@@ -34,7 +34,6 @@ from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.joints import Friction, Joint, Kind
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.mechanics.joint_laws import friction_slope
 from symoro_elastic.models.kinematics.geometric import DEFLECTIONS
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -242,7 +241,7 @@ class _Along:
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
         deflections = partial(self._results_of, self.model.static_deflections) if self.machine.static else None
         rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques, deflections)
-        stiffness, slopes, preload = _laws(self.motion, self.reference.start.q, states[1])
+        stiffness, slopes, preload = self.motion.joint_laws(self.reference.start.q, states[1])
         for k, slope in damping.items():
             slopes[:, k] += slope
         path = self._with_servos(M, D, K, R, rows, (stiffness, slopes, preload))
@@ -294,22 +293,6 @@ def _spread(x: Array, rows: Array, n: int) -> Array:
     spread = np.zeros((*x.shape[:-1], n))
     np.put_along_axis(spread, np.broadcast_to(rows, x.shape), x, axis=-1)
     return spread
-
-
-def _laws(motion: EquationsOfMotion, start: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Return stiffness (n,) of the joints themselves, their damping (N, n) at v (N, n), forces of springs at the start.
-
-    The slope of dry friction that creeps is damping, too.
-    """
-    laws = [(joint.spring, joint.friction) for joint in motion.given.independent_joints]
-    cells = [(s.stiffness, s.damping, s.neutral, f.viscous, f.coulomb, f.creep) for s, f in laws]
-    at_start = {str(joint.variable): x for joint, x in zip(motion.given.independent_joints, start, strict=True)}
-    values = {**motion.parameters, **at_start}
-    numbers = np.array([[cell.value(values) for cell in row] for row in cells], dtype=float)
-    stiffness, damping, neutral, viscous, coulomb, creep = numbers.T
-    speed = np.hypot(v, np.where(creep > 0, creep, 1.0))
-    slope: Any = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)
-    return stiffness.copy(), damping + slope, stiffness * (start - neutral)
 
 
 def refuse_machine(motion: EquationsOfMotion, start: State) -> None:

@@ -15,11 +15,10 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.beams.beam import Beam
 from symoro_elastic.machine.beams.errors import bending_of, errors_by_joints
 from symoro_elastic.machine.beams.places import RULES
+from symoro_elastic.machine.columns import UPPER
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Body, Kind
 
-UPPER = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
-"""Entries XX XY XZ YY YZ ZZ of a symmetric tensor, by row and column."""
 ZERO = np.zeros((4, 4))
 
 
@@ -75,12 +74,11 @@ def bodies_beside(machine: DescribedMachine, beam: Beam, values: Mapping[str, fl
     """
     at_zero = {joint.variable: 0.0 for joint in machine.joints if joint.variable} | dict(values)
     places = [place_of_row(joint, at_zero) or Placement() for joint in machine.joints]
-    numbers = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
-    frames = {numbers[beam.name + END]: Placement()}
+    frames = {machine.rows[beam.name + END]: Placement()}
     for j, joint in enumerate(machine.joints, start=1):
         if joint.antecedent in frames:
             frames[j] = frames[joint.antecedent] * places[j - 1]
-    j, hub, frame = numbers[beam.name], dict[int, Placement](), Placement()
+    j, hub, frame = machine.rows[beam.name], dict[int, Placement](), Placement()
     while j and machine.joint(j).kind is not Kind.MOTOR:
         hub[j] = frame
         j, frame = machine.joint(j).antecedent, frame * places[j - 1].inverse

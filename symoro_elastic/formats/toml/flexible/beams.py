@@ -56,10 +56,6 @@ def _sizes(table: Table, key: str) -> tuple[str, tuple[Formula, ...]]:
     return kind, sizes.formulas(kind, (SIZES[kind],))
 
 
-def _one_or_two(table: Table, key: str) -> tuple[Formula, ...]:
-    return table.formulas(key, (2,)) if isinstance(table.entries[key], list) else (table.formula(key),)
-
-
 def _joints(table: Table, key: str) -> int:
     return USUAL if table.entries[key] == AUTO else table.whole(key)
 
@@ -106,7 +102,11 @@ SHEAR = Key("G", keys.FORMULA, "shear modulus, for torsion", '"81 GPa"', otherwi
 DENSITY = Key("density", keys.FORMULA, "density", "7850", otherwise="needed with section", unit="kg/m3")
 BENDING = Key(
     "EI",
-    Type("number or formula, or two of them", {"anyOf": [reference_to("formula"), _list("formula", 2)]}, _one_or_two),
+    Type(
+        "number or formula, or two of them",
+        {"anyOf": [reference_to("formula"), _list("formula", 2)]},
+        lambda table, key: table.formulas(key, (2,)) if isinstance(table.entries[key], list) else (table.formula(key),),
+    ),
     "bending stiffness, or those of deflections in both directions across the beam, in the order of x, y, z",
     "[2.1e4, 5e3]",
     otherwise="that of section",
@@ -145,7 +145,6 @@ DAMPING = Key(
     "lower frequency it is lower in proportion",
     "0.01",
     default=ZERO,
-    otherwise="0",
 )
 JOINTS = Key(
     "joints",
@@ -154,7 +153,6 @@ JOINTS = Key(
     "fewest that give frequencies up to `up_to` within `tolerance`, by the load at the end and what the root is on",
     "4",
     default=USUAL,
-    otherwise="4",
 )
 UP_TO = Key(
     *("up_to", keys.NUMBER, "highest frequency that the joints of auto are for", '"300 Hz"'),
@@ -162,9 +160,7 @@ UP_TO = Key(
     unit="Hz",
 )
 TOLERANCE = Key(
-    *("tolerance", keys.NUMBER, "relative error of frequencies and tip compliance with auto", "0.005"),
-    default=0.01,
-    otherwise="0.01",
+    *("tolerance", keys.NUMBER, "relative error of frequencies and tip compliance with auto", "0.005"), default=0.01
 )
 MODES = Key(
     *("modes", Type("whole number", {"type": "integer", "minimum": 1}, lambda table, key: table.whole(key))),
@@ -178,13 +174,11 @@ STIFFENING = Key(
     "whether tension and turning stiffen a beam by modes, and pressure weakens it",
     "true",
     default=False,
-    otherwise="false",
 )
 RULE = Key(
     *("rule", one_of(RULES), "where the joints are: fitted to frequencies, at the points of Gauss, or in equal pieces"),
     '"gauss"',
     default=FITTED,
-    otherwise='"fitted"',
 )
 BENDS = Key(
     "bends",

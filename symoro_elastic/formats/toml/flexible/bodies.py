@@ -58,7 +58,6 @@ STIFFENING = Key(
     *("stiffening", keys.TRUTH, "whether tension stiffens the body of a file from a mesh, and pressure weakens it"),
     "true",
     default=False,
-    otherwise="false",
 )
 MODES = Key(
     *("modes", keys.TEXTS, "elastic rows on the body that are its modes, in place of a file", '["bed_e1", "bed_e2"]'),
@@ -191,13 +190,8 @@ def _of_shape(entry: Table, key: Key, m: int) -> Array:
 
 def entry_of_body(body: FlexibleBody) -> list[tuple[str, str]]:
     """The entry of a body, as TOML writes it."""
-    modes = f"[{', '.join(map(quote_text, body.modes))}]"
-    return [(MODES.name, modes), *((key, _written(getattr(body, key))) for key in SHAPES)]
-
-
-def quote_text(text: str) -> str:
-    """A name as TOML writes it."""
-    return f'"{text}"'
+    modes = ", ".join(f'"{name}"' for name in body.modes)
+    return [(MODES.name, f"[{modes}]"), *((key, _written(getattr(body, key))) for key in SHAPES)]
 
 
 def _written(value: Any) -> str:

@@ -45,7 +45,8 @@ class CoupledCell:
     @classmethod
     def of(cls, entry: Table, lists: Mapping[str, list[Any]]) -> CoupledCell:
         """From the stiffness, damping and neutral positions of a spring, as written; raises `InputError`."""
-        held = [_is_infinite(row[i] if isinstance(row, list) else row) for i, row in enumerate(lists["stiffness"])]
+        own = [row[i] if isinstance(row, list) else row for i, row in enumerate(lists["stiffness"])]
+        held = [isinstance(x, Number) and "inf" in x for x in own]
         free = tuple(i for i in range(SIX) if not held[i])
         K, C = (_matrix(entry, key, lists[key], free) for key in ("stiffness", "damping"))
         scale = 1 / np.sqrt(np.diag(K))
@@ -109,10 +110,6 @@ def _matrix(entry: Table, key: str, written: list[Any], free: Sequence[int]) -> 
     if np.linalg.eigvalsh(scaled)[0] < -SYMMETRIC:
         raise entry.fail(key, "has a negative eigenvalue: no springs and dampers have that")
     return np.asarray((A + A.T) / 2)
-
-
-def _is_infinite(x: Any) -> bool:
-    return isinstance(x, Number) and "inf" in x
 
 
 def _number(entry: Table, key: str, x: Any, directions: tuple[int, int]) -> float:

@@ -22,11 +22,12 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.checks import require_fixed_base
+from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.joints import INERTIAL
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.state import State
 from symoro_elastic.models.dynamics.identification import linear_parameters, refuse_varying_stiffness
@@ -39,7 +40,7 @@ from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import Program
 
-PARAMETER_UNITS = {**dict.fromkeys(INERTIA, "kg m2"), **dict.fromkeys(MOMENTS, "kg m"), "M": "kg"}
+PARAMETER_UNITS = {cell.par: cell.column.dimension.units[0] for cell, _ in cells(Body())}
 
 OF_JOINTS = ("IA", "FV", "FS", "K", "DA", "KQ")  # quantities of joints on which torques depend linearly
 Units = Mapping[tuple[int, str], str]
@@ -194,7 +195,7 @@ class Regressor:
     def _inertial(self) -> list[RegressorColumn]:
         columns = []
         for j, joint in enumerate(self.machine.joints, start=1):
-            values = nominal_body(joint.body, self._values) if has_body(joint.body) else {}
+            values = nominal_body(joint.body, self._values) if joint.body.has_inertia else {}
             columns += [self._column(name, j, PARAMETER_UNITS[name], value) for name, value in values.items()]
         return columns
 
@@ -258,7 +259,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> Re
     """
     require_fixed_base(machine, "identification")
     refuse_varying_stiffness(machine)
-    values_of_names = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
+    values_of_names = machine.given_values | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
         loads = (*joint.wrench.force, *joint.wrench.moment)
         _refuse_unknown(machine, f"joint {j} ({joint.name})", (*geometry_of(joint), *loads), values_of_names)
@@ -306,9 +307,8 @@ def zero_entries(machine: Machine) -> set[tuple[int, str]]:
     """Return row and quantity of inertial parameters of bodies with inertia that the table gives as zero."""
     zeros = set()
     for j, joint in enumerate(machine.joints, start=1):
-        entries = (*joint.body.inertia, *joint.body.moments, joint.body.mass)
-        if has_body(joint.body) and not joint.body.central:
-            zeros |= {(j, name) for name, formula in zip(INERTIAL, entries, strict=True) if formula.is_zero}
+        if joint.body.has_inertia and not joint.body.central:
+            zeros |= {(j, name) for name, formula in joint.body.parameters.items() if formula.is_zero}
     return zeros
 
 
@@ -361,15 +361,10 @@ def _meant(machine: Machine, name: str, columns: Sequence[RegressorColumn]) -> s
 # Machines whose parameters have names, so that torques by a unit of a parameter can be computed
 
 
-def has_body(body: Body) -> bool:
-    """Return whether the table gives the body any inertia; a body without has no columns."""
-    return not all(formula.is_zero for formula in (body.mass, *body.moments, *body.inertia))
-
-
 def units_of(machine: Machine) -> dict[tuple[int, str], str]:
     """Return by row and quantity a name, free in the machine, for each parameter of bodies with inertia and joints."""
     used_names = ParameterLabels(machine).taken
-    bodies = [j for j, x in enumerate(machine.joints, 1) if has_body(x.body)]
+    bodies = [j for j, x in enumerate(machine.joints, 1) if x.body.has_inertia]
     prefix = next(prefix for k in count(1) if not any(name.startswith(prefix := "X" * k + "_") for name in used_names))
     keys = [(j, name) for j in bodies for name in INERTIAL]
     keys += [(j, name) for j in machine.articulated for name in OF_JOINTS]
@@ -414,12 +409,6 @@ def machine_of_units(machine: Machine) -> Machine:
 
 
 def _with_unit_body(j: int, joint: Joint, units: Units) -> Joint:
-    if not has_body(joint.body):
+    if not joint.body.has_inertia:
         return joint
-    return replace(joint, body=body_of({name: units[j, name] for name in INERTIAL}))
-
-
-def body_of(cells: Mapping[str, str | float]) -> Body:
-    """Return the body with these values or names of XX .. M about the origin of its frame."""
-    mx, my, mz, xx, xy, xz, yy, yz, zz = (Formula.parse(cells[name]) for name in (*MOMENTS, *INERTIA))
-    return Body(Formula.parse(cells["M"]), (mx, my, mz), (xx, xy, xz, yy, yz, zz))
+    return replace(joint, body=Body.of({name: Formula.parse(units[j, name]) for name in INERTIAL}))
