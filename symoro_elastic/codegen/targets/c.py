@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from symoro_elastic.codegen.c.function import CFunction
+from symoro_elastic.codegen.c.function import OUTLINED_FROM, CFunction
 from symoro_elastic.codegen.c.lanes import in_lanes
 from symoro_elastic.codegen.c.lines import INDENT, in_comment, wrap_lines
 from symoro_elastic.codegen.c.printers import FUNCTIONS, OWN_FUNCTIONS, Form
@@ -98,6 +98,7 @@ class SourceText(PackageText):
     called: frozenset[str]
     pair: str
     has_lanes: bool
+    is_long: bool
     advances: bool
     steps: CSteps
 
@@ -195,6 +196,7 @@ def text_of(package: Package, precision: Precision, functions: Sequence[CFunctio
         called=with_needed(called, has_angles) if precision.is_pair else frozenset(called),
         pair=form.pair,
         has_lanes=any(lanes),
+        is_long=any(len(function.steps) >= OUTLINED_FROM for function in functions),
         advances=precision.state == "float" and any(f.name == "direct_dynamics" for f in package.functions),
         steps=CSteps(package, precision, functions),
     )
