@@ -7,6 +7,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -74,6 +75,14 @@ def test_every_page_with_programs_is_run() -> None:
 def test_the_page_of_models_has_every_model() -> None:
     page = models_page()
     assert all(f"### `{name}`" in page for name in MODELS)
+
+
+def test_modules_whose_docstrings_pages_show_exist() -> None:
+    named = [
+        name for page in ROOT.glob("docs/*.md") for name in re.findall(r"^::: (\S+)", page.read_text(), re.MULTILINE)
+    ]
+    assert named
+    assert [name for name in named if find_spec(name) is None] == []
 
 
 @pytest.mark.thorough
