@@ -25,6 +25,8 @@ from symoro_elastic.api.options import Oscillating
 from symoro_elastic.api.vibrations import modes_along
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.results import Result, Shown
+from symoro_elastic.generation.pipeline import verify_by_itself
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.within import Evidence
 from symoro_elastic.measured.vibration_tests.measured import MeasuredResponse, VibrationTest
 from symoro_elastic.models.kinematics.inverse_geometric import InverseRefused
@@ -128,6 +130,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "ReducedModel": lambda folder: se.generate(PLANAR, "inverse_dynamics", within="20 %", out=folder).reduced[0],
     "Report": lambda _: se.report(PENDULUM),
     "Response": lambda _: se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.q"]),
+    "SelfCheck": lambda _: verify_by_itself(read_machine(PLANAR)[0], Scene(models=("inertia_matrix",))),
     "Simulation": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3)[0],
     "Simulations": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3),
     "Singularities": lambda _: se.singularities(PLANAR, components=["tip.x", "tip.y"]),
