@@ -23,7 +23,7 @@ from symoro_elastic.api.rows import (
     Values,
     certified_names,
 )
-from symoro_elastic.api.scenes import SceneRequest, no_note, scene_for
+from symoro_elastic.api.scenes import SceneRequest, scene_for
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
@@ -80,14 +80,16 @@ class Build:
     unit: fmu.Options
 
     def written(
-        self, machine: DescribedMachine, scene: Scene, options: Generating, warn: Callable[[str], None] = no_note
+        self, machine: DescribedMachine, scene: Scene, options: Generating, warn: Callable[[str], None] | None = None
     ) -> Generated:
         """Write the models that a scene requests, and return the files and operation counts.
 
-        `warn` is called with a line for each soft static spring, and for each loop that starts near a singularity.
+        `warn` is called with a line for each soft static spring and each loop that starts near a singularity.
+        Without it these are not determined.
         """
-        for line in pipeline.soft_springs(machine, scene):
-            warn(line)
+        if warn:
+            for line in pipeline.soft_springs(machine, scene):
+                warn(line)
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
         machine = with_limits(machine, options.limits, options.scene)
         with reported_places({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
@@ -95,8 +97,9 @@ class Build:
             reports = options.announce, options.progress
             how = pipeline.CodeOptions(precisions, self.tools, unit, options.certify, *reports)
             generated = pipeline.generate(machine, scene, self.targets, Path(options.out), how)
-        for line in pipeline.singular_loops(machine, scene):
-            warn(line)
+        if warn:
+            for line in pipeline.singular_loops(machine, scene):
+                warn(line)
         return generated
 
 

@@ -34,11 +34,11 @@ TYPE = "lanes{}"
 OPERATORS = re.compile(r" [-+] |[*/]")
 
 
-def in_lanes(function: CFunction, form: type[LanesFunction] | None = None) -> LanesFunction | None:
+def in_lanes(function: CFunction, kind: type[LanesFunction] | None = None) -> LanesFunction | None:
     """The model with congruent limbs as lanes of vectors; None where that saves less than a fifth of its operations."""
     if not function.package.congruent or function.precision.is_pair:
         return None
-    lanes = (form or LanesFunction)(function)
+    lanes = (kind or LanesFunction)(function)
     return lanes if lanes.lanes.vectors and operations(lanes) <= WORTH * operations(function) else None
 
 
@@ -151,6 +151,10 @@ class Variables:
         """Number of lanes of the longest vectors."""
         return max((vector.width for vector in self.vectors.values()), default=min(WIDTHS))
 
+    def width_of(self, name: str) -> int:
+        """Number of lanes of a variable, 1 of a number."""
+        return self.vectors[name].width if name in self.vectors else 1
+
     def from_spill(self, name: str, slot: str) -> str:
         """A variable read from a slot of the spill array, whose entries are the longest vectors."""
         lanes = self._in_slot(name, slot)
@@ -164,8 +168,7 @@ class Variables:
 
     def _in_slot(self, name: str, slot: str) -> list[str]:
         """A slot, or the numbers in it where a variable has fewer than the longest vectors."""
-        width = self.vectors[name].width if name in self.vectors else 1
-        place = f"{SPILL}[{slot}]"
+        width, place = self.width_of(name), f"{SPILL}[{slot}]"
         return [place] if width == self.width else [f"{place}[{k}]" for k in range(width)]
 
 

@@ -100,8 +100,8 @@ FORM = Form(
 )
 
 
-class _AnyTypes(CFunction):
-    """Parameter-only values may have another type than the state."""
+class _CppFunction(CFunction):
+    """A model as C++: parameter-only values may have another type than the state."""
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> dict[str, str]:  # type: ignore[override]
         return self.once_writer.unpack_lines(groups, used, dict.fromkeys(groups, self.form.load_parameter))
@@ -114,19 +114,14 @@ class _AnyTypes(CFunction):
         return 8 * (self.slots + 3 * len(self.angles))
 
 
-class _CppFunction(_AnyTypes):
-    """A model as C++."""
-
-
 class _Variables(Variables):
     """Variables that are handed on as numbers, from which compilers infer their type."""
 
     def _in_slot(self, name: str, slot: str) -> list[str]:
-        width = self.vectors[name].width if name in self.vectors else 1
-        return [f"{SPILL}[{self.width * int(slot) + k}]" for k in range(width)]
+        return [f"{SPILL}[{self.width * int(slot) + k}]" for k in range(self.width_of(name))]
 
 
-class _CppLanes(_AnyTypes, LanesFunction):
+class _CppLanes(_CppFunction, LanesFunction):
     """A model as C++, congruent limbs in lanes."""
 
     variables = _Variables

@@ -330,10 +330,11 @@ class Sampling:
 def sampling_of(machine: Machine) -> Sampling:
     """Return the times of the sampled drives of a machine; raises `InputError` for dead times above the period."""
     drives = sampled_drives(machine)
-    period = min(float(drive.period.value(machine.given_values)) for drive in drives.values() if drive.period)
+    values = machine.given_values
+    period = min(float(drive.period.value(values)) for drive in drives.values() if drive.period)
     late = []
     for j, drive in drives.items():
-        dead = period if drive.dead_time is None else float(drive.dead_time.value(machine.given_values))
+        dead = period if drive.dead_time is None else float(drive.dead_time.value(values))
         if dead > period * (1 + SAME):
             what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
             raise machine.error(f"drives, {machine.joint(j).name}, dead_time", what)
