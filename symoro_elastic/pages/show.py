@@ -6,6 +6,7 @@ import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from symoro_elastic.foundation.results import Part, Table, plain
@@ -31,12 +32,26 @@ from symoro_elastic.pages.closed_chains import ClosedChain, closed_chain, closed
 
 @dataclass(frozen=True)
 class Description:
-    """What a machine is at a position: loops, axes, base parameters, and joints of singular inertia."""
+    """What a machine is at a position: loops, axes, base parameters, and joints of singular inertia.
 
+    Base parameters and singular inertias are determined when asked for; they raise `InputError` for a machine that has
+    no regular position about its start.
+    """
+
+    full_machine: Machine
+    scene: Scene
     chain: ClosedChain
     placement: PlacedMachine
-    base: BaseParameters
-    degenerate: Sequence[str]
+
+    @cached_property
+    def base(self) -> BaseParameters:
+        """Base inertial parameters of the machine in the scene."""
+        return base_parameters(self.chain.machine)
+
+    @cached_property
+    def degenerate(self) -> list[str]:
+        """Joints whose inertia is singular at every position, each with the reason."""
+        return [f"{joints}: {message}" for message, joints in zero_pivots(self.full_machine, self.scene)]
 
     def as_json(self) -> dict[str, Any]:
         """Return the description as plain data."""
@@ -69,7 +84,7 @@ class Description:
 
     def parts(self, width: int) -> Iterator[Part]:
         """Yield tables and sentences in their order; lists of parameters are wrapped at the width."""
-        machine, base = self.chain.machine, self.base
+        machine, base, degenerate = self.chain.machine, self.base, self.degenerate
         yield machine_table(machine, machine.name)
         yield axes_table(self.placement, "origins and axes in frame 0")
         yield from other_tables(machine)
@@ -86,15 +101,14 @@ class Description:
         if base.zero:
             yield f"  zero for these bodies: {', '.join(base.zero)}"
         yield base.conditioning
-        yield from [f"degenerate: {message}" for message in self.degenerate] or ["no degenerate joints"]
+        yield from [f"degenerate: {message}" for message in degenerate] or ["no degenerate joints"]
 
 
 def description(machine: Machine, scene: Scene, position: Mapping[str, float]) -> Description:
     """Return the description of a machine restricted to a scene; raises `InputError`."""
     part = restrict(machine, scene)
     placement = placed_machine(part, position)
-    degenerate = [f"{joints}: {message}" for message, joints in zero_pivots(machine, scene)]
-    return Description(closed_chain(part, placement), placement, base_parameters(part), degenerate)
+    return Description(machine, scene, closed_chain(part, placement), placement)
 
 
 MOVES = ("turns about", "slides along", "is fixed, z:")
