@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, cascade_of, laplace
-from symoro_elastic.analysis.control.driven_machine import load_ratio
+from symoro_elastic.analysis.control.response_slopes import Feedback, closed_response_slopes, feedbacks_of
 from symoro_elastic.analysis.vibration.linearization import (
     Linearization,
     LinearSlopes,
@@ -17,7 +16,6 @@ from symoro_elastic.analysis.vibration.linearization import (
     linearize,
     pole_slopes,
     ratio_slopes,
-    response_slopes,
     with_motors,
 )
 from symoro_elastic.analysis.vibration.modes import damped_poles
@@ -37,7 +35,6 @@ from symoro_elastic.measured.vibration_tests.unknowns import KD, KP, Sought, gai
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
-from symoro_elastic.numerics.motion.signals import outputs
 
 LEAST_MAC = 0.5
 RIVALS = 0.1  # MAC within which two modes both fit a measured one
@@ -121,7 +118,7 @@ class Predictions:
         outs = [*(name for test in tests for name in _outputs(test)), *measured]
         self.motion = motion_of(sought.machine, {}, tuple(dict.fromkeys(ins)), tuple(dict.fromkeys(outs)))
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
-        self._loops = loops_of(self.motion, self.parameters) if drives else {}
+        self._loops = feedbacks_of(self.motion, self.parameters) if drives else {}
 
         self.windowed: tuple[int | str, ...] = ()
         self.pairs_all = False
@@ -203,7 +200,7 @@ class Predictions:
 
     def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
         """Return the machine in a test, linearized, with the controllers of the test."""
-        loops = self._closed(test)
+        loops = self._feedbacks_of(test)
         ins = tuple(dict.fromkeys([*(response.input for response in test.responses), *(loop.torque for loop in loops)]))
         measured = [name for loop in loops for name in (loop.own, loop.controlled)]
         outs = tuple(dict.fromkeys([*_outputs(test), *measured]))
@@ -215,7 +212,7 @@ class Predictions:
             raise InputError(motion.source, test.name, what)
         return linear
 
-    def _closed(self, test: VibrationTest) -> list[Loop]:
+    def _feedbacks_of(self, test: VibrationTest) -> list[Feedback]:
         """Return the loops of drives that are on in a test; raises `InputError` for a motor without one."""
         for name in test.drives:
             if name not in self._loops:
@@ -233,7 +230,7 @@ class Predictions:
             free = [name for name in driven if name not in excluded]
             way_out = "hold their motors, or give drives or pd, where they were on"
             off = f"the drives of {', '.join(free)} are off: {way_out}"
-            limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
+            limited = [loop.cascade.motor for loop in self._feedbacks_of(test) if loop.cascade.is_limited]
             limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
             said = [*([off] if free else []), *([limits] if limited else [])]
             for line in (*self.linear_at(motion, test, values).doubts, *said):
@@ -246,7 +243,7 @@ class Predictions:
         for group in _groups(test.responses):
             f = test.responses[group[0]].f
             window = windowed_lines(test.window, f)
-            G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
+            G, dG = closed_response_slopes(changed, f if window is None else window.f, self._feedbacks_of(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
@@ -371,74 +368,3 @@ def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
     sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
     mac: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
     return mac
-
-
-@dataclass(frozen=True)
-class Loop:
-    """A drive with numbers, and the signals of its motor's position and of the one that it controls."""
-
-    cascade: Cascade
-    own: str
-    controlled: str
-
-    @property
-    def torque(self) -> str:
-        """The signal of its torque."""
-        return f"{self.cascade.motor}.tau"
-
-
-def loops_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Loop]:
-    """Return the loops of all drives by motor; raises `InputError` for gains without value, or to be estimated."""
-    joints, found = {joint.name: joint for joint in motion.asked.joints}, {}
-    for name, drive in drives_of(motion.asked).by_motor.items():
-        cascade = cascade_of(joints[name], drive, motion.parameters, motion.source)
-        if cascade.tuned_gains:
-            what = 'is "tuned", which is no number: `control --save` writes those that it finds'
-            raise InputError(motion.source, f"drives, {name}, {cascade.tuned_gains[0]}", what)
-        if shared := cascade.by_parameter.keys() & {*sought}:
-            key = next((key for key, formula in drive.formulas if min(shared) in formula.names), "current")
-            what = f"depends on {min(shared)}, which is sought: give it a number, or name what is sought (--seek)"
-            raise InputError(motion.source, f"drives, {name}, {key}", what)
-        own = f"{name}.q"
-        found[name] = Loop(
-            cascade, own, own if drive.measured == MOTOR else outputs(motion.given, [drive.measured])[0].name
-        )
-    return found
-
-
-def closed_response_slopes(
-    slopes: LinearSlopes, f: Array | ComplexArray, loops: Sequence[Loop]
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return G (f, outputs, inputs) with loops closed, and its derivatives (p, f, outputs, inputs)."""
-    G, dG = response_slopes(slopes, f)
-    if not loops:
-        return G, dG
-    H, dH = _feedback(slopes, laplace(f), loops)
-    torques = [slopes.linear.inputs.index(loop.torque) for loop in loops]
-    G_t = G[:, :, torques]
-    S = np.linalg.inv(np.eye(len(loops)) + H @ G_t)
-    L, R = np.eye(G.shape[1]) - G_t @ S @ H, np.tile(np.eye(G.shape[2], dtype=complex), (len(f), 1, 1))
-    R[:, torques] -= S @ H @ G
-    closed: ComplexArray = L @ G
-    return closed, L @ dG @ R - (G_t @ S) @ dH @ closed
-
-
-def _feedback(slopes: LinearSlopes, s: ComplexArray, loops: Sequence[Loop]) -> tuple[ComplexArray, ComplexArray]:
-    """Return H (f, loops, outputs) and its derivatives (p, f, loops, outputs).
-
-    A position of a load counts over what it changes with its motor, which a sag and the geometry change.
-    """
-    linear = slopes.linear
-    H = np.zeros((len(s), len(loops), len(linear.outputs)), dtype=complex)
-    dH = np.zeros((len(slopes.names), *H.shape), dtype=complex)
-    for k, loop in enumerate(loops):
-        own, controlled = linear.outputs.index(loop.own), linear.outputs.index(loop.controlled)
-        cascade, C, ratio, change = loop.cascade, loop.cascade.controller(s), 1.0, np.zeros(len(slopes.names))
-        H[:, k, own] = s * (C + cascade.current.drag_response(s) if cascade.current else C)
-        if controlled != own:
-            (v, row), (dv, drow) = linear.Cq[[own, controlled]], slopes.C[0][:, [own, controlled]].transpose(1, 0, 2)
-            ratio = load_ratio(linear, cascade.motor, v, loop.controlled)
-            change = (drow @ v + dv @ row - 2 * ratio * (dv @ v)) / float(v @ v)
-        H[:, k, controlled] += cascade.Kv / ratio * C
-        dH[:, :, k, controlled] = np.outer(-change / ratio**2, cascade.Kv * C)
-    return H, dH
