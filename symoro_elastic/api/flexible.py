@@ -7,7 +7,9 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.kinds import COMMAND
+from symoro_elastic.api.options import CountingModes
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,7 +17,6 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.flexible.reduction import FiniteElements, FlexibleModes
 
 NOTHING: Mapping[str, str] = {}
-AT_ZERO: Mapping[str, float] = {}
 MOST_MODES = 200
 RIGID = ":rigid"
 MASSES: Mapping[str, float] = {"kg": 1.0, "t": 1000.0}
@@ -81,14 +82,13 @@ def _of_matrices(
     return of_matrices(file, str(mass), str(nodes), scale, MASSES[mass_unit or "kg"])
 
 
-def flexible_parts(
-    file: str | Path, frame: str = "", *, at: Mapping[str, float] = AT_ZERO, within: float | None = None
-) -> FlexibleParts:
+@operation(CountingModes, "Machine file (.toml).")
+def flexible_parts(file: str | Path, options: CountingModes) -> FlexibleParts:
     """Return the beams and bodies by modes of a machine file (.toml), with errors by their joints and modes.
 
-    Errors are those of the first three frequencies and of the compliance of a `frame`, by default the last fixed one,
-    with motors held `at` positions, rad or m. Rows are the numbers of the file; or 1, 2, 3 ... joints or modes, up to
-    the first whose errors are predicted to be `within` a fraction.
+    Errors are those of the first three frequencies and of the compliance of the frame, with motors held. Rows are the
+    numbers of the file; or 1, 2, 3 ... joints or modes, up to the first whose errors are predicted to be within a
+    fraction.
 
     Raises
     ------
@@ -98,9 +98,9 @@ def flexible_parts(
     from symoro_elastic.analysis.flexible.parts import flexible_parts
     from symoro_elastic.api.poses import frame_of
 
-    if within is not None and not 0 < within < inf:
-        raise InputError(COMMAND, "--within", f"{within:g} must be above 0, as 1% or 0.01")
-    return flexible_parts(file, lambda machine: frame_of(machine, frame), at, within)
+    if options.within is not None and not 0 < options.within < inf:
+        raise InputError(COMMAND, "--within", f"{options.within:g} must be above 0, as 1% or 0.01")
+    return flexible_parts(file, lambda machine: frame_of(machine, options.frame), options.at, options.within)
 
 
 def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:

@@ -296,6 +296,16 @@ class Yielding(ParametersAndScene):
     along: Mapping[str, Sequence[float]] = rows.along_row()
 
 
+class CountingModes(Options):
+    """What `flexible_parts` takes."""
+
+    frame: str = rows.frame_row()
+    at: Values = rows.at_row()
+    within: float | None = option(
+        None, "X%", "Of a machine: try fewer joints or modes, up to errors below X%.", kinds.NUMBER, unit=""
+    )
+
+
 class Placed(Options, kw_only=False):
     """An operating point given as one object."""
 

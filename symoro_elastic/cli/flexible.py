@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from symoro_elastic.api.kinds import number
+from symoro_elastic.api.options import CountingModes
 from symoro_elastic.cli.listed import command
-from symoro_elastic.cli.options import JSON, InputFile, OutputFile, writes
+from symoro_elastic.cli.options import JSON, InputFile, OutputFile, call, takes, writes
 from symoro_elastic.cli.output import print_result, steps
 from symoro_elastic.foundation.errors import InputError
 
@@ -44,17 +44,13 @@ OF_MESH = "--fixed, --interface, --rail, --mass, --nodes or --save"
 @click.option("--scale", metavar="X", type=float, default=1.0, help="Coordinates times X are metres: 0.001 for mm.")
 @click.option("--size", metavar="X", type=float, help="Largest element of a solid (.step), m (default: a tenth of it).")
 @click.option("--mass-unit", metavar="UNIT", default="", help="Of matrices in mm: t (with N), or kg.")
-@click.option("--frame", metavar="NAME", default="", help="Of a machine: frame of the compliance (default: the last).")
-@click.option("--at", metavar="JOINT=X", multiple=True, help="Of a machine: position of a motor, rad or m.")
-@click.option("--within", metavar="X%", help="Of a machine: try fewer joints or modes, up to errors below X%.")
+@takes(CountingModes, "counting")
 @click.option("--save", metavar="FILE", type=OutputFile((".npz",)), help="File of modes: .npz.")
 @writes
 @JSON
 def flexible(
     source: str,
-    frame: str,
-    at: tuple[str, ...],
-    within: str | None,
+    counting: CountingModes,
     interfaces: tuple[str, ...],
     rails: tuple[str, ...],
     save: str | None,
@@ -71,14 +67,12 @@ def flexible(
 
     is_machine = source.endswith(".toml")
     of_mesh = interfaces, rails, save, options["fixed"], options["mass"], options["nodes"]
-    if any(of_mesh if is_machine else (frame, at, within)):
+    if any(of_mesh if is_machine else vars(counting).values()):
         other, names = ("a mesh", OF_MESH) if is_machine else ("a machine file (.toml)", "--frame, --at or --within")
         raise InputError("symoro-elastic", names, f"belongs to {other}: leave it out")
     if is_machine:
-        positions = {name: _number("--at", x) for name, _, x in (text.partition("=") for text in at)}
         with steps("vary joints and modes"):
-            limit = _number("--within", within) if within else None
-            parts = operations.flexible_parts(source, frame, at=positions, within=limit)
+            parts = call(operations.flexible_parts, source, counting)
         print_result(parts, as_json, None)
         return
     named = [_by_name(texts, option) for texts, option in ((interfaces, "--interface"), (rails, "--rail"))]
@@ -95,11 +89,3 @@ def _by_name(texts: tuple[str, ...], option: str) -> dict[str, str]:
         if not (name.isidentifier() and equals and nodes):
             raise InputError("symoro-elastic", option, f"{name!r} is no NAME=NODES, as tip=x=0.5")
     return {name: nodes for name, _, nodes in pairs}
-
-
-def _number(option: str, text: str) -> float:
-    """A number, as in a machine file, or one in percent."""
-    try:
-        return float(number(text.rstrip("% "), "")) / (100 if "%" in text else 1)
-    except ValueError:
-        raise InputError("symoro-elastic", option, f"{text!r} is no number") from None

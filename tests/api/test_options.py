@@ -97,13 +97,14 @@ def rows() -> list[tuple[str, Option]]:
 def test_a_name_has_one_meaning() -> None:
     """The same name in Python, the same kind of value, written alike.
 
-    `--model` may be repeated or not; `reduce` leaves out parts, and its rate is that of a controller.
+    `--model` may be repeated or not; `reduce` leaves out parts, its rate is that of a controller; errors of
+    `flexible` are within one fraction.
     """
     kinds_of: dict[str, set[tuple[str, str, str]]] = {}
     for _, row in rows():
         kinds_of.setdefault(row.flag, set()).add((row.name, row.metavar, row.kind.shape))
     several = {flag: found for flag, found in kinds_of.items() if len(found) > 1}
-    assert several.keys() <= {"--model", "--stroke", "--out", "--only", "--rate", "--position"}
+    assert several.keys() <= {"--model", "--stroke", "--out", "--only", "--rate", "--position", "--within"}
     assert {name for name, _, _ in several.get("--stroke", set())} == {"stroke", "strokes"}
 
 
@@ -117,10 +118,11 @@ def test_python_and_the_command_line_have_the_same_words() -> None:
     """What is not an argument of the function is how its machine is read, or what becomes of the result."""
     outside = {row.name for row in options(Reading)} | {"plots", "plot_format", "out", "save", "format"}
     outside |= {"proven", "along", "tolerance", "fast_math", "points"}
+    others = {"check": [se.certify], "flexible": [se.flexible_parts]}
     for command, row in rows():
         function = getattr(se, command.replace("-", "_"), None)
         if function and row.name not in outside:
-            several = [function, se.certify] if command == "check" else [function]
+            several = [function, *others.get(command, ())]
             assert any(row.name in inspect.signature(x).parameters for x in several), (command, row.name)
 
 

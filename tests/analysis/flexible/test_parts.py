@@ -70,7 +70,7 @@ def test_advised_numbers_are_enough_for_the_machine(example: str, within: float)
         (("bracket.npz", "--within", "1%"), "--frame, --at or --within: belongs to a machine file (.toml)"),
         (("flexible_two_link.toml", "--fixed", "x=0"), "--rail, --mass, --nodes or --save: belongs to a"),
         (("flexible_two_link.toml", "--within", "0"), "--within: 0 must be above 0, as 1% or 0.01"),
-        (("flexible_two_link.toml", "--within", "x"), "--within: 'x' is no number"),
+        (("flexible_two_link.toml", "--within", "x"), "--within: 'x' is not a number"),
         (("flexible_two_link.toml", "--frame", "nose"), "--frame: unknown 'nose'"),
         (("flexible_two_link.toml", "--at", "nose=1"), "--at: no joint 'nose' moves"),
     ],
