@@ -405,6 +405,12 @@ class Machine(Shown):
         return tuple(map(self.joint, self.motors))
 
     @cached_property
+    def motors_by_name(self) -> Mapping[str, str]:
+        """Names of the joints that motors drive, by their variables and by these names, which win."""
+        by_variable = {str(joint.variable): joint.name for joint in self.motor_joints}
+        return by_variable | {joint.name: joint.name for joint in self.motor_joints}
+
+    @cached_property
     def motor_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the joints driven by motors whose variables are independent."""
         return self.entries(j for j in self.motors if j in self.independent)

@@ -191,15 +191,14 @@ def _refuse_degree(degree: int, source: str) -> None:
 
 def _of_motors(numbers: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
     """Return numbers by name of motor; "" is for all others. Raises `InputError`."""
-    motors = machine.motor_joints
-    by_name = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
+    by_name = machine.motors_by_name
     for name, x in numbers.items():
         if name and name not in by_name:
             raise InputError(machine.label, place, f"no motor {quote(name)}{did_you_mean(name, by_name)}")
         if not abs(x) <= LARGEST_INPUT:
             raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST_INPUT:g}")
     named = {by_name[name]: x for name, x in numbers.items() if name}
-    return {joint.name: named.get(joint.name, numbers.get("", 0.0)) for joint in motors}
+    return {joint.name: named.get(joint.name, numbers.get("", 0.0)) for joint in machine.motor_joints}
 
 
 def _time(t: Array, source: str) -> Array:

@@ -50,8 +50,7 @@ def limits_of(machine: Machine, options: Mapping[str, Mapping[str, tuple[float, 
     What no option gives is taken from the limits of the machine. Raises `InputError` for a motor without limits, or a
     name that is not a motor's.
     """
-    motors, own = machine.motor_joints, described.limits_of(machine)
-    names = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
+    motors, names, own = machine.motor_joints, machine.motors_by_name, described.limits_of(machine)
     ranges: dict[str, list[tuple[float, float]]] = {}
     for option, by_name in options.items():
         for name in by_name:

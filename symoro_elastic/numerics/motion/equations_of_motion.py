@@ -157,12 +157,12 @@ class EquationsOfMotion:
 
     def motor(self, name: str, place: str) -> int:
         """Return the index of a motor among all, by the name of its joint or variable; raises `InputError`."""
-        motors = {x: m for m, joint in enumerate(self.machine.motor_joints) for x in (joint.name, str(joint.variable))}
+        motors = self.machine.motors_by_name
         if name not in motors:
             joint = self.names[self.index(name, place)]
             names = ", ".join(self.motor_names) or "this machine has none"
             raise InputError(self.source, place, f"{joint} has no motor; motors are {names}")
-        return motors[name]
+        return self.motor_names.index(motors[name])
 
     def motor_slopes(self, q: Array) -> Array:
         """Return S_m = dx_m/du (m, n), the changes of the motors' variables with the coordinates (L1)."""
