@@ -50,6 +50,7 @@ def test_every_kind_of_change_is_made_and_texts_of_errors_stay() -> None:
     assert not [pair for pair in found if "1 + 1" in pair[0] or "entries) + 1" in pair[0] or "int" in pair[0]]
 
 
+@pytest.mark.thorough
 def test_mutants_of_the_core_are_programs_that_differ() -> None:
     drawn = draw(CORE, 50, seed=3)
     assert drawn == draw(CORE, 50, seed=3) and len({*drawn}) == 50

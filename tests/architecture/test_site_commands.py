@@ -34,6 +34,7 @@ def commands() -> list[str]:
     return [one for one, words in asked.items() if not any(line.startswith(words) for line in RUN_WITH_PAGES)]
 
 
+@pytest.mark.thorough
 def test_every_page_of_a_command_has_an_example_and_no_stray_markup() -> None:
     pages = dict(command_pages())
     assert len(pages) == len(LISTED) + 1

@@ -135,6 +135,7 @@ def test_every_option_that_names_a_model_a_target_or_a_motor_is_completed() -> N
     assert {*completed("equations", TWO_AXIS, "--model", "")} == {*MODELS}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("screws", ["20mm", ""])
 def test_slides_pass_what_a_beginner_runs(screws: str, tmp_path: Path) -> None:
     pytest.importorskip("scipy")

@@ -184,6 +184,7 @@ def test_coupling_matrix(name: str, k: int) -> None:
     assert_near(name, results["gam"], found.gam, scale=squared_rates)
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", ["five_bar", "geared_6r", "palletizer", "press"])
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])

@@ -101,6 +101,7 @@ def test_entries_have_names(name: str, tmp_path: Path) -> None:
         assert f" *   tau[{k}]  {names[j]}\n" in header
 
 
+@pytest.mark.thorough
 def test_assemble_has_a_result_of_its_own_name_in_c() -> None:
     made = programs("ring")
     header = " ".join(render_targets(made.package, ("c",))["ring.h"].split())

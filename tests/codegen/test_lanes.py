@@ -95,14 +95,14 @@ def vectors_in(package: Package) -> list[LanesFunction | None]:
     return [in_lanes(function) for function in functions_of(package, DOUBLE)]
 
 
-@pytest.mark.sampled(24)
+@pytest.mark.sampled(60)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("case", CASES)
 def test_lanes_give_the_bits_of_the_text_without_vectors(case: str, compiler: str, tmp_path: Path) -> None:
     compare_with_numbers(case, compiler, DOUBLE, tmp_path)
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("precision", [SINGLE, MIXED], ids=lambda precision: precision.name)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("case", ["quadruped", "quadruped, folded", "humanoid", "gantry", "limbs 3, 6"])
@@ -142,6 +142,7 @@ def test_operations_that_remain(build: Callable[[], Machine], fold: str | tuple[
     assert operations(vectors) < most * operations(function)
 
 
+@pytest.mark.thorough
 def test_text_is_carried_out_as_the_graph_has_it() -> None:
     for fold in (), ALL:
         for function in package_of(quadruped(), INVERSE, DIRECT, fold=fold).functions:
@@ -180,6 +181,7 @@ def test_a_renaming_that_is_no_symmetry_is_not_worth_it() -> None:
     assert vectors_in(replace(package, congruent=tuple(names))) == [None]
 
 
+@pytest.mark.thorough
 def test_names_of_users_are_kept_apart(tmp_path: Path) -> None:
     """A parameter may be called as a type of vectors is."""
     machine = quadruped()

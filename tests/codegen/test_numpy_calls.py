@@ -104,6 +104,7 @@ def test_many_few_and_single_states_agree_with_c(tree: Built, name: str) -> None
         assert near(alone, in_c[k], 1e-13) and near(found, alone, 1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("example", ["two_axis.toml", "puma560.par"])
 def test_every_model_on_buffers_is_the_plain_program(example: str, tmp_path: Path) -> None:

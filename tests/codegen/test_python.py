@@ -104,6 +104,7 @@ def same(found: Any, expected: Any) -> bool:
     return all(x.dtype == y.dtype and x.shape == y.shape and np.array_equal(x, y, True) for x, y in pairs)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("example", MODELS)
 def test_models_have_the_bits_of_c(loaded: Any, example: str) -> None:
     """One state, few, and so many that vectors compute them in blocks; p for each state, too."""
@@ -120,6 +121,7 @@ def test_models_have_the_bits_of_c(loaded: Any, example: str) -> None:
         assert same(function(*values, sets), of.c(name, *values, sets)), name
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("example", STEPS)
 def test_time_steps_are_those_of_numpy(loaded: Any, example: str) -> None:
     """Many states have the bits of one; numpy has other sines and another order of sums."""
@@ -507,6 +509,7 @@ def test_the_module_has_room_for_the_arrays_of_all_functions(loaded: Any) -> Non
 # Through load
 
 
+@pytest.mark.thorough
 def test_time_steps_are_loaded_in_c() -> None:
     c, numpy = (
         se.load(machine("planar_2r.toml"), "direct_dynamics", steps=["rk4"], backend=name) for name in ("c", "numpy")
@@ -540,6 +543,7 @@ def test_a_loaded_function_is_an_attribute() -> None:
     assert "inverse_dynamics" in vars(model)
 
 
+@pytest.mark.thorough
 def test_long_chains_are_computed_in_small_blocks(tmp_path: Path) -> None:
     """Results that are larger than a block: states one by one, and vectors, give the same bits."""
     package = programs(chain(7), Scene(("regressor",))).package

@@ -43,6 +43,7 @@ def rewritten(name: str, joints: str, bodies: dict[str, str]) -> Machine:
     return read(text)
 
 
+@pytest.mark.thorough
 def test_the_rx90_by_axes_is_the_table_by_hand() -> None:
     hand, machine = example("rx90.par"), read(by_axes.arm_of_six(by_axes.RX90, "D3 RL4", "joint"))
     for mine, theirs in zip(machine.joints, hand.joints, strict=True):
@@ -65,6 +66,7 @@ def test_arms_by_axes_need_no_more_operations(name: str, rows: str, axes: str) -
     assert len(mine.formulas) == len(theirs.formulas)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "file"), [("two_axis", by_axes.TWO_AXIS), ("gantry", by_axes.GANTRY)])
 def test_machine_tools_by_axes_have_programs_of_the_size_and_results_of_the_tables_by_hand(
     name: str, file: tuple[str, dict[str, str]]
@@ -143,6 +145,7 @@ def chain(rows: list[tuple[str, int, list[str], int]], values: dict[str, float] 
     return read("\n".join(["gravity = [1, 2, -9]", "joints = [", *lines, "]", *parameters, "[bodies]", *bodies]))
 
 
+@pytest.mark.thorough
 @given(chains())
 @settings(max_examples=25, deadline=None)
 def test_names_in_points_stay_names_with_the_results_of_their_values(

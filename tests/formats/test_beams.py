@@ -290,6 +290,7 @@ def test_damping_is_the_ratio_of_the_first_frequency(kind: str) -> None:
     assert modes.damping_ratios[0] == pytest.approx(0.02, rel=1e-4)
 
 
+@pytest.mark.thorough
 def test_a_beam_on_a_moving_joint_passes_check() -> None:
     assert se.check(read(ARM)).ok
 

@@ -167,6 +167,7 @@ def test_refusals(tables: str, sigma: str, message: str) -> None:
     assert message in str(refusal.value) and "\n" not in str(refusal.value)
 
 
+@pytest.mark.thorough
 def test_motions_with_a_stiffness_by_position() -> None:
     """Explicit and implicit steps agree along a belt whose strands change."""
     machine = read('[belts]\npart = { specific = 1e5, strands = ["0.5 + x", "1.5 - x"] }', "1")

@@ -99,6 +99,7 @@ def test_examples_are_what_their_names_say() -> None:
     assert sum(joint.body.mass.value() for joint in machine.joints) == pytest.approx(2948.6)
 
 
+@pytest.mark.thorough
 def test_printed_table_differs_from_the_repaired_one_in_three_cells() -> None:
     by_name = {path.name: read_machine(path)[0] for path in MACHINES}
     repaired, printed = by_name["two_axis.toml"].joints, by_name["two_axis_printed.par"].joints

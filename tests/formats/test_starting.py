@@ -135,6 +135,7 @@ def test_the_cartesian_machine_has_the_axes_of_frame_0() -> None:
     assert np.allclose(axes[:3], np.eye(3)) and np.allclose(placed, np.eye(3))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", [kind for kind in STARTS if "drives" in STARTS[kind].tables])
 def test_drives_of_a_start_are_tuned_as_written(kind: str) -> None:
     machine = toml.read(starting_text("machine", kind), "machine.toml")

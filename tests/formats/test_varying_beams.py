@@ -123,6 +123,7 @@ def test_predicted_errors_are_those_of_finite_elements(seed: int) -> None:
     assert 0.7 < predicted / drawn.errors(machine, count).max() < 1.4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(12, 24))
 def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
     drawn = Drawn(seed)
@@ -141,6 +142,7 @@ def test_four_fitted_joints_give_three_frequencies(seed: int) -> None:
     assert np.all(drawn.errors(drawn.read("joints = 4"), 3) < [6e-4, 8e-4, 2e-3, 2e-4])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [2, 3, 6, 7, 10, 11])
 def test_shear_in_slides(seed: int) -> None:
     """Of beams of 5 to 8 times their section; without slides both frequencies are at least four times as wrong."""
@@ -259,6 +261,7 @@ density = 7850, bends = ["x"] }
     assert slopes["L"] == pytest.approx(-2, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_a_beam_that_tapers_and_yields_in_shear_passes_check() -> None:
     text = """
 name = "arm"

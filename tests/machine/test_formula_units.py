@@ -210,6 +210,7 @@ def test_what_is_accepted_is_the_same_in_any_units(text: str, rng: random.Random
     event("accepted" if found else "refused")
 
 
+@pytest.mark.thorough
 @given(FORMULAS)
 @settings(max_examples=200, deadline=None)
 def test_parts_are_written_as_they_are_read(text: str) -> None:

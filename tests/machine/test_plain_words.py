@@ -42,6 +42,7 @@ def test_machines_may_be_called_as_macros_of_compilers() -> None:
     assert all(why_no_machine(name, words) for name in ("math", "numpy", "class", "double", "exp", "qdd"))
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("machine", "joints"), [("far", ("near", "double")), ("main", ("class", "exp")), ("huge", ("end", "list"))]

@@ -169,6 +169,7 @@ def test_stored_joint_fits_are_nearer_than_either(name: str) -> None:
     assert max(largest_of_tests) < 1.05 and max(largest_of_log) < 1.05
 
 
+@pytest.mark.thorough
 def test_the_command_takes_logs_and_lists_together(tmp_path: Path) -> None:
     se.write(se.read(TABLES), tmp_path / "feed.toml")
     columns = log(0)

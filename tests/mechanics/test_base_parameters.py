@@ -253,6 +253,7 @@ def test_parameters_get_values_where_the_machine_gives_all() -> None:
     assert not {"M1", "MZ4", "YY3"} & {parameter.name for parameter in rx90.parameters}
 
 
+@pytest.mark.thorough
 def test_long_formulas_are_split() -> None:
     """A long chain of general angles: sums on their way get names, and everything stays small."""
     grouping = base_grouping(chain(30))

@@ -72,7 +72,9 @@ def differences(
     return apart
 
 
-@pytest.mark.parametrize(("seed", "modes", "slides"), [(0, 1, False), (1, 2, True)])
+@pytest.mark.parametrize(
+    ("seed", "modes", "slides"), [(0, 1, False), pytest.param(1, 2, True, marks=pytest.mark.thorough)]
+)
 def test_modes_are_mass_points(seed: int, modes: int, slides: bool) -> None:
     points, modal = two_machines(seed, modes, slides)
     assert max(differences(points, modal, MODELS, seed).values()) < SAME
@@ -91,12 +93,14 @@ def test_derivatives_and_linear_models_are_those_of_mass_points() -> None:
     assert max(differences(points, modal, OTHERS[-3:], 3).values()) < SAME
 
 
+@pytest.mark.thorough
 def test_a_mode_that_is_held_is_a_shape() -> None:
     held = Scene(locked={"e1": Formula.parse("0.2")})
     points, modal = (restrict(machine, held) for machine in two_machines(4, 2, True))
     assert max(differences(points, modal, MODELS[:1], 4).values()) < SAME
 
 
+@pytest.mark.thorough
 def test_vibrations_are_those_of_mass_points() -> None:
     points, modal = (se.modes(machine, hold=["all"]) for machine in two_machines(5, 2, False))
     assert modal.frequencies == pytest.approx(points.frequencies, rel=1e-10)
@@ -223,6 +227,7 @@ SOFT = "7e5"
 """Pa: vibrations are so slow that differences of the energy are exact."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("more", ["stiffening = true", "bends = ['y', 'torsion']"])
 def test_power_changes_the_energy(more: str) -> None:
     machine = read(TWO_LINKS.replace("MORE", more).replace("7e10", SOFT), "two_links.toml")
@@ -273,6 +278,7 @@ def test_a_slide_moves_along_a_beam() -> None:
         assert (heavy - light)[np.ix_(modes, modes)] == pytest.approx(np.full((2, 2), 5 * moved), abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_the_frame_of_a_slide_is_that_of_its_body() -> None:
     """Forces and outputs at its name follow the deflection; its row, which does not, is `row cart`."""
     machine = read(BRIDGE.replace("E0", "2e11"), "bridge.toml")
@@ -337,6 +343,7 @@ def test_slides_that_are_refused(old: str, new: str, what: str) -> None:
     assert "bridge.toml: joint 2 (cart), " in str(error.value) and what in str(error.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "more", [{"base_slides": True}, {"floats": True}, {"shortens": 0.8}], ids=["slide", "floating", "short"]
 )

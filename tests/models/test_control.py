@@ -140,6 +140,7 @@ def test_limits_are_exact_and_the_integral_part_gives_way() -> None:
     assert reached == {-1, 0, 1}
 
 
+@pytest.mark.thorough
 def test_after_a_long_time_at_the_limit_it_comes_back_at_once() -> None:
     """The integral part is that at which the torque is at its limit plus what the error asks for beyond it, over Tt."""
     one = drive(filters=(), set_point=None, acceleration_forward=f(0))

@@ -224,6 +224,7 @@ def test_operations_grow_as_the_square_of_the_joints() -> None:
     assert max(nodes(long_chain(n), DIRECT) / n**2 for n in (5, 10)) < 150
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("machine", "name", "most", "casadi"),
     [

@@ -146,6 +146,7 @@ def test_quaternion_and_rotation_agree(tmp_path: Path) -> None:
                 assert worst(found, wanted) < TOLERANCE
 
 
+@pytest.mark.thorough
 def test_a_rotation_may_be_a_matrix(tmp_path: Path) -> None:
     """Single states and stacks, R0 as 3 x 3 and row by row."""
     machine, base = two_children(), base_state(1)

@@ -70,6 +70,7 @@ def test_square_models_invert_the_jacobian(
         np.testing.assert_allclose(J @ qdd + bias, wanted, atol=bound * (1 + np.abs(bias).max()))
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("components", [("x", "y", "z"), ("x",), ALL])
 def test_redundant_models_have_the_least_weighted_norm(components: tuple[str, ...]) -> None:

@@ -79,6 +79,7 @@ def test_all_models_of_an_example_are_those_of_the_reference(name: str) -> None:
     assert_checked(machine, models)
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("seed", range(24))
 def test_models_of_drawn_trees_are_those_of_the_reference(seed: int) -> None:

@@ -145,6 +145,7 @@ bodies = { b = { mass = 0.5, inertia = [1, 2, 3] }, c = { mass = 0.5, inertia = 
 """
 
 
+@pytest.mark.thorough
 def test_what_rounded_sines_change_is_no_error_of_the_code() -> None:
     """Accelerations that vanish with the deflection of a beam are differences of sines: an ulp of these is larger."""
     found = verify(read(BENT_SQUARE, "square.toml"), Scene(models=("coupling_matrix",)))

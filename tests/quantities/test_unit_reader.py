@@ -203,6 +203,7 @@ def read_unit_or_rate(text: str) -> dict[str, Fraction]:
 WORDS_TO_COMBINE = sorted({word for word in (*WORDS, *COMPACT) if word.isascii() and word != "%"})
 
 
+@pytest.mark.thorough
 @given(st.lists(st.tuples(st.sampled_from(WORDS_TO_COMBINE), st.integers(-3, 3).filter(bool)), min_size=1, max_size=3))
 @settings(max_examples=300, deadline=None)
 def test_products_of_known_words_have_the_product_of_their_factors(factors: list[tuple[str, int]]) -> None:
@@ -222,6 +223,7 @@ def test_products_of_known_words_have_the_product_of_their_factors(factors: list
         assert found.factor == value * Fraction(2) ** turns and abs(turns) <= 1
 
 
+@pytest.mark.thorough
 @given(st.text(max_size=20))
 @settings(max_examples=300, deadline=None)
 def test_any_text_is_a_unit_or_refused_with_one_line(text: str) -> None:

@@ -215,6 +215,7 @@ def test_values_override_defaults_and_missing_ones_are_named() -> None:
         reference.geometric_model(machine, [0])
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("symbolic", [False, True])
 def test_random_machines_are_equal_when_asked_equally_and_physical(symbolic: bool) -> None:

@@ -129,6 +129,7 @@ def test_the_bound_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert "valid for" not in Path("generated/planar_2r/planar_2r.h").read_text()
 
 
+@pytest.mark.thorough
 def test_sums_are_a_point_of_the_trade_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     asked = Scene(models=("geometric_model",), merge_angles=10.0)

@@ -289,6 +289,7 @@ def test_an_integral_part_leaves_no_compliance_at_rest_and_a_plane_none_across()
     assert swept.units["tip.y: peak"] == "m/N"
 
 
+@pytest.mark.thorough
 def test_tuned_axes_keep_their_margins_after_all_others_are_closed(tmp_path: Path) -> None:
     """Limbs of a Delta share their platform: whoever is closed last takes room from the first."""
     path = tmp_path / "delta.toml"

@@ -34,6 +34,7 @@ def test_the_line_to_the_nearest_point_is_as_long_as_the_modulus_margin() -> Non
     assert lengths == pytest.approx([axis.velocity.modulus, axis.position.modulus], rel=0.02)
 
 
+@pytest.mark.thorough
 def test_the_largest_sensitivity_is_the_inverse_of_the_modulus_margin() -> None:
     result = se.tune(EXAMPLES / "ball_screw.toml", damping=0.02)
     axis = result.places[0].axes[0]

@@ -29,6 +29,7 @@ SIX_MODES = 5e-4
 """Relative error of the third frequency of a clamped beam by six modes, the reference."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("joints", [2, 3, 4])
 def test_errors_of_a_beam_are_those_of_its_deflections(tmp_path: Path, joints: int) -> None:
     """A clamped beam with its mass at the end, whose frequencies follow from the shapes of joints and of the beam."""

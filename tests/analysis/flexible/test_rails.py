@@ -105,7 +105,7 @@ cart = {{ mass = 3, center_of_mass = [0.02, 0.03, 0.1], inertia = [0.04, 0.05, 0
 """
 
 
-@pytest.mark.parametrize("along", ["x", "-z"])
+@pytest.mark.parametrize("along", ["x", pytest.param("-z", marks=pytest.mark.thorough)])
 def test_the_axis_of_a_beam_is_a_rail(tmp_path: Path, along: str) -> None:
     """The same polynomials and integrals from a file: models are equal within rounding."""
     slide = '{ name = "cart", kind = "motor", sigma = 1, along = "%s", from = 0.25 },'

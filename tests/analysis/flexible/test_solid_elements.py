@@ -18,6 +18,7 @@ def _distorted(kind: str) -> Any:
     return type(mesh)(mesh.p + 0.05 * np.random.default_rng(0).normal(size=mesh.p.shape), mesh.t)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("kind", "element"), [("MeshTet", "ElementTetP2"), ("MeshHex", "ElementHex2")])
 def test_matrices_are_those_of_scikit_fem(kind: str, element: str) -> None:
     from skfem.models.elasticity import linear_elasticity
@@ -31,6 +32,7 @@ def test_matrices_are_those_of_scikit_fem(kind: str, element: str) -> None:
         assert abs(matrix - exact[name]).max() < 1e-13 * abs(exact[name]).max(), name
 
 
+@pytest.mark.thorough
 def test_many_elements_are_added() -> None:
     """More than are computed at once: a displacement of the whole body meets no force, and has all of the mass."""
     mesh = skfem.MeshHex().refined(3)

@@ -280,6 +280,7 @@ def geared_arm() -> Machine:
     return se.read({"name": "geared", "gravity": [0, 0, -9.81], "joints": joints, "bodies": bodies, "springs": springs})
 
 
+@pytest.mark.thorough
 def test_changes_without_the_coupling_of_rotors_are_those_of_simulations() -> None:
     tolerance = dict.fromkeys(("tool.x", "tool.y"), 1e-4)
     reference = moved(geared_arm(), 0.5, {"j1": (0.6, 0.3), "j2": (0.4, 0.3)})

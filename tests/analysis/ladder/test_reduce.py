@@ -59,6 +59,7 @@ def test_torque_errors_stay_within_the_scaled_shares_all_over_the_range() -> Non
             assert error.confident is not None and error.unseen <= error.confident <= error.tolerance
 
 
+@pytest.mark.thorough
 def test_the_scene_is_generated_with_the_operations_that_are_advised(tmp_path: Path) -> None:
     (path,) = arm().write(tmp_path / "reduced.toml")
     generated = se.generate(ARM, scene=path, limits="set-points", out=tmp_path / "out", targets=["numpy"])
@@ -70,12 +71,14 @@ def test_the_scene_is_generated_with_the_operations_that_are_advised(tmp_path: P
         arm().write(path)
 
 
+@pytest.mark.thorough
 def test_where_constant_torques_are_enough_no_operation_is_left() -> None:
     result = se.reduce(ARM, MOVE, to={"tip.x": 1.0, "tip.y": 1.0}, for_="feed-forward")
     assert result.feed_forward is not None and result.feed_forward.operations == 0
     assert "constant torques are enough" in result.summary()
 
 
+@pytest.mark.thorough
 def test_proven_torque_errors_are_bounded_for_the_whole_range() -> None:
     feed = se.reduce(ARM, MOVE, to=TO, for_="feed-forward", proven=True).feed_forward
     assert feed is not None and feed.chosen is not None
@@ -83,6 +86,7 @@ def test_proven_torque_errors_are_bounded_for_the_whole_range() -> None:
     assert all(x.bounded is not None and x.bounded <= x.tolerance for x in feed.chosen.model.reduction.errors)
 
 
+@pytest.mark.thorough
 def test_feeding_the_torques_of_the_full_model_changes_nothing() -> None:
     machine = drawn(3)
     tolerance = {"tip.x": 1e-5, "tip.y": 1e-5}
@@ -171,6 +175,7 @@ def test_json_has_the_torque_accuracy_and_the_advice() -> None:
     assert {*arm().plots()} == {"feed_forward"} and "N m" in data["advice"]
 
 
+@pytest.mark.thorough
 def test_ctrl_c_keeps_the_best_model_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = arm().feed_forward
     assert whole is not None
@@ -215,6 +220,7 @@ def test_what_nothing_controls_has_no_feed_forward() -> None:
         se.reduce(TWO_AXIS, scene | {"scene": {"within": "1 %"}}, to={"tool.x": 1e-5})
 
 
+@pytest.mark.thorough
 def test_a_motor_that_moves_no_output_may_have_any_error(tmp_path: Path) -> None:
     scene = tmp_path / "move.toml"
     move = '[motion]\nduration = 0.3\nmoves = [ { motor = "x_axis", by = 0.05, in = 0.2 } ]\ndrives = true\n'

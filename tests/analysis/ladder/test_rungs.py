@@ -106,6 +106,7 @@ def test_a_rung_whose_prediction_fails_is_not_chosen(monkeypatch: MonkeyPatch) -
     assert all(max(fallen.rungs[k].predicted.values()) > 0.01 * min(TOLERANCE.values()) for k in fallen.distrusted)
 
 
+@pytest.mark.thorough
 def test_advice_names_what_stays_and_what_follows() -> None:
     sentence = advice(found())
     rung = found().rungs[found().chosen or 0]

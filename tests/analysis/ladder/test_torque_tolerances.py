@@ -42,6 +42,7 @@ def test_gains_of_a_mass_under_a_servo_are_those_of_its_closed_forms() -> None:
     assert gains.frequency.item() == pytest.approx(resonance, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_tolerance_is_that_of_the_output_over_the_gain() -> None:
     (motor,) = torque_tolerances([under_servo()], {"load.z": 1e-5}, np.array([200.0]))
     assert motor.any == pytest.approx(1e-5 * KP * np.tanh(np.pi * ZETA / np.sqrt(1 - ZETA**2) / 2), rel=SAMPLED)
@@ -65,6 +66,7 @@ def test_no_error_of_any_course_within_the_shares_exceeds_the_tolerance(seed: in
     assert 0.1 * scene.tolerance < worst <= scene.tolerance * (1 + SAMPLED)
 
 
+@pytest.mark.thorough
 def test_without_control_accelerations_have_tolerances() -> None:
     """A spring of frequency w without damping: steps of its acceleration move it by 2 / w^2, there and back."""
     w, periods = 2 * np.pi * 10.0, 3.0

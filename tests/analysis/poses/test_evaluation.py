@@ -28,6 +28,7 @@ def test_torques_are_those_of_the_textbook() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_every_model_of_joint_states_has_the_numbers_of_the_loaded_one() -> None:
     at = {"bed_yaw": 1e-4, "motor_x.qd": 0.3, "motor_y.tau": 50.0}
     found = se.evaluate(TWO_AXIS, models=["direct_dynamics", "inertia_matrix", "jacobian"], at=at).as_json()

@@ -68,6 +68,7 @@ def test_a_map_has_a_row_for_each_position() -> None:
     assert "N/um" in found.headline
 
 
+@pytest.mark.thorough
 def test_the_command_gives_matrices_and_shares() -> None:
     data = json.loads(run("stiffness", str(TWO_AXIS), "--frame", "tool", "--json").stdout)
     assert np.shape(data["compliance"]) == np.shape(data["stiffness"]) == (6, 6)

@@ -51,6 +51,7 @@ def test_positions_of_a_robot_are_recovered_from_its_pose(q: list[float]) -> Non
         np.testing.assert_allclose(reached, T, atol=SOLVED)
 
 
+@pytest.mark.thorough
 def test_eight_postures_of_a_puma_are_found_and_the_nearest_comes_first() -> None:
     at = {"waist": -2.3, "shoulder": 2.8}
     found = se.ik(PUMA, frame="flange", position=(0.4, 0.2, 0.3), orientation=(0.1, 3.0, 0.2), at=at)
@@ -61,6 +62,7 @@ def test_eight_postures_of_a_puma_are_found_and_the_nearest_comes_first() -> Non
     assert (np.diff(apart) >= 0).all()
 
 
+@pytest.mark.thorough
 def test_limits_hold_and_what_is_out_of_reach_says_by_how_much() -> None:
     far = se.ik(ARM, position=(1.0, 0, 0))
     assert not far.solutions and far.miss == pytest.approx(1.0 - L1 - L2, abs=SOLVED)
@@ -74,6 +76,7 @@ def test_limits_hold_and_what_is_out_of_reach_says_by_how_much() -> None:
     assert se.ik(limited, frame="slide", position=(0, 0, 0.6)).miss == pytest.approx(0.1, abs=1e-5)
 
 
+@pytest.mark.thorough
 def test_redundant_joints_are_counted_and_stay_near() -> None:
     at = {"j1": 0.3, "j2": 0.4, "j3": 0.5}
     model = se.load(REDUNDANT, "geometric_model", only={"geometric_model": ["tip"]})
@@ -90,6 +93,7 @@ def test_springs_stay_neutral() -> None:
     assert found.solutions or found.miss > 0
 
 
+@pytest.mark.thorough
 def test_the_command_gives_json_and_exit_code_1_out_of_reach() -> None:
     data = json.loads(run("ik", str(ARM), "--position", "0.4,0.3,0", "--json").stdout)
     assert len(data["solutions"]) == 2 and {*data["solutions"][0]} == {"shoulder", "elbow"}

@@ -28,6 +28,7 @@ def test_bars_of_stiffness_are_in_newtons_by_micrometre() -> None:
     assert {text.get_text() for text in springs.texts} >= {f"{result.shares_by_axis['z']['hinge']:.0%}"}
 
 
+@pytest.mark.thorough
 def test_a_map_over_one_joint_is_curves_and_over_two_contours() -> None:
     one = se.stiffness(TWO_AXIS, frame="tool", along={"motor_x": [0.4, 0.0, 0.2]})
     (axes,) = one.plot().axes
@@ -40,6 +41,7 @@ def test_a_map_over_one_joint_is_curves_and_over_two_contours() -> None:
     assert len(axes.get_lines()[-1].get_xdata()) == 6
 
 
+@pytest.mark.thorough
 def test_a_rigid_frame_and_a_pose_out_of_reach_have_a_reason() -> None:
     joints = [*post()["joints"], {"name": "floor", "antecedent": 0, "kind": "fixed"}]
     rigid = StiffnessMap((se.stiffness(post(joints=joints), frame="floor"),) * 2)
@@ -58,6 +60,7 @@ def test_solutions_and_results_of_models_are_bars() -> None:
     assert "inertia_matrix_A" in values.plots()
 
 
+@pytest.mark.thorough
 def test_the_command_draws(tmp_path: Any) -> None:
     run("stiffness", TWO_AXIS, "--frame", "tool", "--plots", tmp_path / "plots")
     assert (tmp_path / "plots" / "stiffness.png").exists()

@@ -234,6 +234,7 @@ def test_bodies_that_are_flat_are_taken(tmp_path: Path) -> None:
     assert worst(flat) < EXACT
 
 
+@pytest.mark.thorough
 def test_chains_deeper_than_xml_is_read_are_refused() -> None:
     with pytest.raises(InputError, match="joint 'joint391': more than 390 bodies carry each other"):
         write(chain(391, symbolic=False))

@@ -111,6 +111,7 @@ def test_steps_of_model_exchange_are_errors(arm: Path, capfd: Output) -> None:
     assert "for Model Exchange, which takes no steps" in capfd.readouterr().out
 
 
+@pytest.mark.thorough
 def test_times_that_an_importer_adds_up_are_those_of_the_steps(arm: Path) -> None:
     """Sums of steps differ from their products by rounding."""
     with running(arm, CO_SIMULATION) as one:

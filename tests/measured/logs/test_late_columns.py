@@ -96,6 +96,7 @@ def test_a_column_that_is_late_by_a_fraction_of_a_sample_widens_standard_deviati
     assert np.abs(scores(result)).max() < 4
 
 
+@pytest.mark.thorough
 def test_positions_that_are_all_late_are_no_late_column() -> None:
     result = two_axis(0, (5.0, 5.0))
     assert not said(result) and [line for line in result.notes if line.startswith("positions are 19.9")]

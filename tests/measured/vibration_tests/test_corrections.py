@@ -95,7 +95,7 @@ def cases(seeds: int, ratios: tuple[float, ...]) -> list[tuple[str, float, bool,
     ]
 
 
-@pytest.mark.sampled(10)
+@pytest.mark.sampled(36)
 @pytest.mark.parametrize(("what", "ratio", "has_coherence", "seed"), cases(2, (0.002, 0.01, 0.05)))
 def test_a_mistake_in_all_responses_is_named_refused_or_harmless(
     what: str, ratio: float, has_coherence: bool, seed: int
@@ -120,6 +120,7 @@ def inverse(what: str, H: np.ndarray) -> np.ndarray:
     return H / WRITTEN[what](ones, s)
 
 
+@pytest.mark.thorough
 def test_conjugated_responses_are_named_at_any_damping() -> None:
     """As of a cross spectrum that was taken in the wrong order, with and without coherence."""
     for ratio in (0.002, 0.01, 0.025):
@@ -139,7 +140,7 @@ def test_responses_without_imaginary_parts_are_refused_where_damping_shows() -> 
         se.update(start(tables, truth, 0), tests=[real])
 
 
-@pytest.mark.sampled(6)
+@pytest.mark.sampled(20)
 @pytest.mark.parametrize("seed", range(100))
 @pytest.mark.parametrize("has_coherence", [True, False])
 def test_right_responses_are_not_accused(seed: int, has_coherence: bool) -> None:

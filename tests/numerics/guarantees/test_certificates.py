@@ -106,6 +106,7 @@ def test_sums_are_put_in_the_order_of_the_text_once() -> None:
     assert 0.9 * entry.error < worst.error[0] <= entry.error * (1 + SLACK["double"])
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_smooth_dry_friction_is_proven(precision: str) -> None:

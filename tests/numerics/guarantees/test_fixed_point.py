@@ -177,7 +177,7 @@ def bending() -> Function:
 @given(st.tuples(ENDS, WIDTHS), st.tuples(ENDS, WIDTHS), st.integers(0, 2**32 - 1), st.integers(-3, 3))
 @also((-math.pi, 2 * math.pi), (0.7, 0.0), 2**31, 0)
 @also((0.1, 0.0), (0.7, 0.0), 2**31, 0)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_units_in_the_box_are_those_of_its_ranges(
     turn: tuple[float, float], number: tuple[float, float], unit: int, beside: int
 ) -> None:

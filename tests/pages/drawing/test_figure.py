@@ -122,6 +122,7 @@ def test_every_kind_of_joint_has_its_shape() -> None:
     assert len(rails) == sum(joint.sigma == 1 for joint in placements("gantry.toml").machine.joints)
 
 
+@pytest.mark.thorough
 def test_sizes_follow_the_machine() -> None:
     found = figure("gantry.toml")
     assert found.unit == pytest.approx(UNIT * found.extent) and 2 < found.extent < 3

@@ -111,6 +111,7 @@ def test_a_skin_is_drawn_in_place_of_a_box(drawn: Placements) -> None:
     assert 20 < len(areas) < len(figure.skins[0].coarse.surface.triangles)
 
 
+@pytest.mark.thorough
 def test_pictures_of_modes_have_its_edges(drawn: Placements) -> None:
     shown = shown_machine(drawn.machine, {})
     plot = mode_pictures(next(mode_set.modal for mode_set in shown.modes if mode_set.modal))

@@ -79,6 +79,7 @@ def test_the_summary_answers_first(page: str) -> None:
     assert rows["Warnings"] == "none"
 
 
+@pytest.mark.thorough
 def test_heads_have_units_and_numbers_stand_below_each_other(page: str) -> None:
     shown = unescape(page).replace("\u00a0", " ")
     assert all(head in shown for head in (">alpha, rad<", ">d, m<", ">M, kg<", ">MX, kg m<", ">ZZ, kg m2<"))
