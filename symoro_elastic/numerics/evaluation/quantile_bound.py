@@ -39,7 +39,7 @@ FARTHEST = 300.0
 
 
 def share_beyond(drawn: int, judged: int = 1) -> float:
-    """Return the share of states that may have larger errors than each of so many `drawn` ones, with `CONFIDENCE`.
+    """Return an upper bound, with `CONFIDENCE`, of the fraction of states whose errors exceed all `drawn` ones.
 
     It holds for errors of any distribution. `judged` is how many programs were judged at as many states each until
     one was accepted.
@@ -88,7 +88,7 @@ def _tail(errors: Array) -> int:
 
 
 def _bound(tail: int, ratio: float, spread: float, log_u: float, log_moments: Callable[[Array], Array]) -> float:
-    """Return x, above the largest error with probability `FITTED`; `ratio` is m/n, `log_moments` ln N(a) / u^a."""
+    """Return a bound on the largest of m further errors that holds with probability `FITTED`; `ratio` is m/n."""
     width = SPREAD * math.sqrt(tail)
     shape = np.linspace(max(tail - width, 0.0), tail + width + SPREAD, GRID)[1:]
     density = np.exp((tail - 1) * np.log(shape / tail) - (shape - tail))

@@ -33,7 +33,7 @@ DRAWN, HALVINGS = 4, 6
 
 @dataclass(frozen=True)
 class RandomMotion:
-    """A mechanism of numbers at many states at once, its dynamics, accelerations of its joints, and S = dq/du.
+    """Numeric mechanism at many states at once, with its dynamics, accelerations of its joints, and S = dq/du.
 
     `closed` are the arguments of a machine with couplings or loops at these states.
     """

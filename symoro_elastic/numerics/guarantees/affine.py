@@ -169,7 +169,7 @@ def _circle(x: Affine, name: str) -> Affine:
 
 
 def _with(x: Affine, numbers: tuple[int, int] | None, *more: tuple[Array, Array]) -> Affine:
-    """A form plus terms (magnitude, slope) of the variables with these numbers; terms widen its error without them."""
+    """Return a form plus terms (magnitude, slope) of the variables `numbers`; without numbers its error widens."""
     if numbers is None:
         return x.widen(sum((size for size, _ in more), start=np.zeros_like(x.center)))
     slopes = x.slopes.copy()

@@ -77,7 +77,7 @@ class Axis:
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
-        """Orders in phi of the functions of the basis; for turns of cosines first, then of sines."""
+        """Orders in phi of the basis functions; for a full circle those of the cosines, then those of the sines."""
         n = self.degree
         if self.kind == TURN:
             return (*range(n + 1), *range(1, n + 1))
@@ -153,7 +153,7 @@ class Axis:
         return 64 * (1 + max(self.orders)) ** 2 * UNIT * (1 + ends / (self.half if self.is_even else 1.0))
 
     def grid(self, ratio: int, order: int) -> Array:
-        """Return a grid of phi whose factor is 1/cos(pi/ratio) for an order, without points of equal x."""
+        """Return a grid of phi, `ratio` points per order, without repeats of x: maxima are within 1/cos(pi/ratio)."""
         points = ratio * order
         return np.asarray(np.arange(points // 2 + 1 if self.is_even else points) * (2 * math.pi / points))
 
@@ -163,7 +163,7 @@ class Axis:
 
 
 def of_harmonics(squares: AnyArray, axis: int) -> AnyArray:
-    """Return squared magnitudes of harmonics along an axis that turns, from squared coefficients (in place)."""
+    """Return c_k^2 + s_k^2 by harmonic k along an axis of full turns, from squared coefficients (in place)."""
     before, n = (slice(None),) * axis, squares.shape[axis] // 2
     if n:
         squares[(*before, slice(1, n + 1))] += squares[(*before, slice(n + 1, None))]

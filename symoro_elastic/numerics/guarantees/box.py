@@ -71,12 +71,12 @@ class Box:
 
     @cached_property
     def open(self) -> tuple[str, ...]:
-        """Names of the variables that are not points."""
+        """Names of the variables whose range is more than a single value."""
         return tuple(name for name, span in self.ranges.items() if span.low < span.high)
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The values of the variables that are points."""
+        """Values of the variables whose range is a single value."""
         return {name: x.low for name, x in self.ranges.items() if x.low == x.high}
 
     def rounded(self, dtype: type) -> Box:
@@ -185,7 +185,7 @@ def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:
 
 
 def points(values: Mapping[str, Array]) -> dict[str, Interval]:
-    """States as sub-boxes that are points."""
+    """Return states as degenerate sub-boxes, in which every variable has a single value."""
     return {name: Interval(x, x) for name, x in values.items()}
 
 

@@ -120,7 +120,7 @@ Knowledge: TypeAlias = Callable[[Parts], Known]
 
 @dataclass(frozen=True)
 class Subject:
-    """The subject of a certificate: a function, its box, rounding, and knowledge of its nodes.
+    """The subject of a certificate: a function, its box, its rounding, and narrower ranges known for its nodes.
 
     `solver` bounds errors of the linear system that it solves, if any (lemma 8). `is_printed`: sums are in the order of
     the text already, which a second reordering would change.
@@ -183,7 +183,7 @@ class Subject:
         return closer, forms_of(self.nodes, closer, parts)
 
     def errors(self, bounds: Bounds, adjoints: bool = True, forms: Forms | None = None) -> Array:
-        """Errors of results by sub-box: the minimum of lemmas 1 and 2, this with adjoints of affine forms, too."""
+        """Errors of results by sub-box: the lesser of running errors (lemma 1) and errors by adjoints (lemma 2)."""
         running = np.empty((len(self.results), *bounds.shape))
         for row, x in zip(running, self.results, strict=True):
             row[...] = bounds.error_of(x)
@@ -198,7 +198,7 @@ class Subject:
 
 
 def _of_positive(number: int, new: Expression | None, x: Narrowing) -> tuple[int, Narrowing]:
-    """Number and narrowing of the node that replaces a node, with the sign taken into account."""
+    """Return number and narrowing of the node that replaces a node; the narrowing is mirrored if the sign changes."""
     if new is None:
         return number, x
     return new.positive.id, (lambda values: -x(-values)) if new.operation == NEGATE else x

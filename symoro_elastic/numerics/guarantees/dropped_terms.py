@@ -174,7 +174,7 @@ def _sum(terms: Iterable[Interval]) -> Interval:
 def _by_mean_value(
     nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, edits: ChangedNodes
 ) -> Array:
-    """|sum a_i r_i| by result and sub-box."""
+    """Bound |sum a_i r_i| of the errors, by adjoints a and rates r on the path of changes (results, sub-boxes)."""
     path = _Recursion(bounds, edits, True)
     path.run(nodes)
     adjoints: dict[int, Interval] = {}
@@ -220,7 +220,7 @@ Passed: TypeAlias = Callable[[Interval, Sequence[Interval], Sequence[Interval], 
 
 
 def _of_circle(function: str) -> Passed:
-    """A mean value of the slope over the hull, times the difference of the angle."""
+    """Return the rule for differences of sines or cosines: slope over the hull of the angles times their difference."""
 
     def difference(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
         slope: Interval = INTERVALS.operations[function](x[0].hull(y[0]))
@@ -235,14 +235,14 @@ def _of_root(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Seque
 
 
 def _of_arc(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
-    """A mean value of the slope over the hull, unless the arc tangent jumps there."""
+    """Difference of an arc tangent by the mean value theorem; unbounded where the function may jump on the way."""
     ordinate, abscissa = (x[k].hull(y[k]) for k in range(2))
     difference = (abscissa * d[0] - ordinate * d[1]) / (ordinate.square() + abscissa.square())
     return not_bounded_where(meets_jump(ordinate, abscissa), difference)
 
 
 def _of_extremum(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
-    """The lesser and the larger of two numbers change by no more, and no less, than these do."""
+    """Difference of a minimum or maximum: it lies in the hull of the differences of both operands."""
     return d[0].hull(d[1])
 
 

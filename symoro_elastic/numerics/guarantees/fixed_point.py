@@ -75,7 +75,7 @@ POSSIBLE = (op.SYMBOL, op.ADD, op.SUBTRACT, op.MULTIPLY, op.NEGATE, op.SIN, op.C
 
 
 class FixedRounding(Rounding):
-    """Integers of 32 bits: numbers of the text have 31 bits."""
+    """Rounding of 32-bit integers; literal numbers have 31 bits."""
 
     def __init__(self) -> None:
         super().__init__(NAME, 2.0**-32, 2.0**-32, 0.0, math.inf)

@@ -108,7 +108,7 @@ def confidence(word: str) -> str:
 
 
 def divisors(certificate: Certificate) -> str:
-    """Return a sentence on the divisors of a model."""
+    """Return a sentence on the least divisor of a model, and on whether it may be zero."""
     least = min(certificate.pivots, key=lambda pivot: pivot.least, default=None)
     if least is None:
         return "it divides by nothing that moves"

@@ -74,7 +74,7 @@ Products: TypeAlias = Mapping[Product, Array]
 
 @dataclass(frozen=True)
 class _Parts:
-    """Matrices by cell: C, |C A_S| for S of a single function, and |A_S| for S of two."""
+    """Matrices by cell: approximate inverses C, |C A_S| for single functions S, |A_S| for products S of two."""
 
     C: Array
     ones: Products
@@ -175,7 +175,7 @@ class Cells:
         return G * (1 + ROUNDING) + more
 
     def _of_more(self, halves: Sequence[float]) -> Array:
-        """R: the contribution of products of three or more functions, in any cell."""
+        """Bound R of the contribution of products of three or more functions, in any cell."""
         orders = [np.asarray(x) for x in (1.0, 0.0, 0.0, 0.0)]
         for j, (axis, h) in enumerate(zip(self.axes, halves, strict=True)):
             change = _change(axis, h).reshape([-1 if i == j else 1 for i in range(len(self.axes))])
@@ -186,7 +186,7 @@ class Cells:
 
 
 def _products(values: Array, local: Sequence[Array]) -> Iterator[tuple[Product, Array]]:
-    """Coefficients (points of all axes, entries) of products of up to two functions, from those of the basis."""
+    """Yield products of up to two functions of a cell, each with its coefficients in all cells (cells, entries)."""
     coefficients: list[tuple[Product, Array]] = [((), values.reshape(1, -1))]
     for j, functions in enumerate(local):
         coefficients = [
@@ -257,7 +257,7 @@ def largest_solutions(A: Interval, e: Array) -> Array:
         radius = np.maximum(high - middle, middle - low) * (1 + ROUNDING)
         diagonal = np.einsum("bii->bi", middle)
         by_diagonal = np.where(diagonal > 0, 1 / diagonal, np.inf)[..., None] * np.eye(len(e))
-        bounds = [_by(C, middle, radius, e) for C in (by_diagonal, near_inverses(middle))]
+        bounds = [_solution_bounds(C, middle, radius, e) for C in (by_diagonal, near_inverses(middle))]
     return np.asarray(np.minimum(*bounds).T)
 
 
@@ -279,8 +279,8 @@ def allowed_right_sides(A: Interval, most: Array) -> Array:
     return np.asarray(share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK))
 
 
-def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
-    """y (sub-boxes, n) with y - G y >= |C| e, infinite where none is found."""
+def _solution_bounds(C: Array, middle: Array, radius: Array, e: Array) -> Array:
+    """Return bounds (sub-boxes, n) of |x| for A x = d, |d| <= e, A = middle +- radius; infinite where not proven."""
     magnitude = np.abs(C)
     G = (np.abs(np.eye(len(e)) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
     G += ROUNDING * magnitude @ np.abs(middle)

@@ -75,7 +75,7 @@ SINGLE_UNIT = 2.0**-24
 
 @dataclass(frozen=True)
 class Surface:
-    """Coefficients by product of s and, for each axis, by function of its basis; `left_out` bounds all that is missing.
+    """A polynomial's coefficients by product of s and by basis function of each axis; `left_out` bounds the rest.
 
     `orders` are those of the axes, without those left out. `motion` are the variables of the motion, by number of s.
     """
@@ -162,7 +162,7 @@ def _transform(values: Array, matrices: Sequence[Array]) -> Array:
 
 
 def _missing(values: Array, coefficients: Array, axes: Sequence[Axis], error: float) -> float:
-    """Return an error bound of the polynomial of the computed coefficients, summed over products of the motion."""
+    """Return a bound of interpolation and rounding errors of coefficients, summed over products of the motion."""
     back = _transform(coefficients, [axis.at_nodes for axis in axes])
     sums = np.abs(coefficients).reshape(len(values), -1).sum(axis=1)
     rounding = sum(axis.basis_error + 4 * len(axis.orders) * UNIT for axis in axes) * 2
@@ -185,7 +185,7 @@ def _truncate(coefficients: Array, axes: Sequence[Axis], scale: float) -> tuple[
 
 @dataclass(frozen=True)
 class Signs:
-    """Summation of coefficients: rows with free signs, rows with signs of corners, rows of squares, the constant row.
+    """Rows of coefficients by how their sum is maximized over s: free signs, signs of corners, squares, the constant.
 
     `corners` are the values of the `signed` rows at the corners, without opposite corners where all products are even;
     `at` are the corners, (corners, variables).
@@ -200,7 +200,7 @@ class Signs:
     variables: tuple[int, ...]
 
     def simple(self, values: AnyArray) -> AnyArray:
-        """Return sums of magnitudes: never below `largest`, and fast."""
+        """Return sums of magnitudes of coefficients by position: fast upper bounds of `largest`."""
         sums, ones = np.empty(values.shape[1], values.dtype), np.ones(len(values), values.dtype)
         for start in range(0, len(sums), AT_ONCE):
             part = slice(start, start + AT_ONCE)
@@ -234,7 +234,7 @@ class Signs:
         return best, where
 
     def worst(self, values: Array, monomials: Sequence[Monomial], motion: int) -> Array:
-        """Return the values s of the variables with (nearly) the largest |f|, for the coefficients at a position."""
+        """Return the values s of the variables of the motion at which |f| is (nearly) largest, at a given position."""
         largest, worst = -1.0, np.ones(motion)
         mixed = self.corners @ values[self.signed] if len(self.signed) else np.zeros(1)
         constant = float(values[self.constant].sum())
@@ -394,7 +394,7 @@ class _Search:
         heapq.heappush(self.cells, Cell(-min(bound, before), next(self._numbers), middle, cuts, grid))
 
     def _loss(self, cuts: int) -> float:
-        """1/cos of the sum of orders times half widths, to which all axes contribute equally."""
+        """Factor 1/cos(sum of orders times half widths) from values at the middle of a cell to a bound in the cell."""
         return OUTWARDS / math.cos(sum(m * half for m, half in zip(self.orders, self._widths(cuts), strict=True)))
 
     def _widths(self, cuts: int) -> list[float]:

@@ -207,7 +207,7 @@ def _range(x: Operand, bounds: Bounds) -> Interval:
 
 
 def _magnitude(x: Operand, bounds: Bounds) -> Array:
-    """The largest magnitude of an entry; infinite where a program omits it, as accelerations not requested."""
+    """The largest magnitude of an entry; infinite for an entry that the program does not compute."""
     is_computed = not isinstance(x, Expression) or x.positive.id in bounds.range
     return _range(x, bounds).magnitude if is_computed else np.array(np.inf)
 

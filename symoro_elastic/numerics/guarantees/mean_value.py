@@ -84,7 +84,7 @@ def perturbations(
     computed: Callable[[Operand], Any],
     arithmetic: Arithmetic[Any],
 ) -> Iterator[tuple[Array, Array]]:
-    """Perturbations: the largest magnitude of the adjoint, over `computed` values in an arithmetic, and the size.
+    """Yield for each perturbation the largest magnitude of its adjoint, over the `computed` values, and its size.
 
     Adjoints have the results along their first axis. Perturbations are the roundings of operations, of numbers in the
     text and of narrowed arguments, and errors of signs.
@@ -140,7 +140,7 @@ class Forms:
 
 
 def forms_of(nodes: Sequence[Expression], bounds: Bounds, parts: Parts, results: int = 0) -> Forms | None:
-    """The forms of nodes in order over sub-boxes, from their bounds by lemma 1; None where these are too many.
+    """The affine forms of the computed values of nodes over sub-boxes; None where they need too much memory.
 
     With `results` that counts their adjoints, too.
     """

@@ -135,7 +135,7 @@ def _inertia_matrix(traced: Traced) -> Program:
 
 
 def _from_rest(machine: Machine, pivots: Mapping[int, Expression]) -> set[int]:
-    """The joints whose antecedents down to the base are independent and solved for later: pivots divide by theirs."""
+    """Return the joints whose antecedents are all independent and solved for later, dividing by the joint's pivot."""
     joints, needs = set(), dict[int, set[int]]()
     for j, pivot in pivots.items():
         divisors = (node.operands[1] for node in reachable([pivot]) if node.operation == DIVIDE)
@@ -220,7 +220,7 @@ def _most(matrix: Array, k: int) -> float:
 
 
 def own_inertias(machine: Machine, box: Mapping[str, Interval], from_rest: Collection[int]) -> dict[int, Array]:
-    """A lower bound of H_j by joint, where the machine has one above zero; empty where bodies cannot exist.
+    """Positive lower bounds of H_j by joint, from rotor and body inertia; empty for flexible or impossible bodies.
 
     `machine` has the inertial parameters of bodies; `box` has its parameters; `from_rest` are the joints whose body has
     an antecedent at rest where the joint is solved for.

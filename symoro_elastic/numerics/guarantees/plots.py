@@ -17,7 +17,7 @@ MOST_ENTRIES = 60
 
 @figures_of.register
 def _(found: Certificate) -> dict[str, Plot | str]:
-    """Return errors of the entries, the first 60: proven ones, and those that are likely to hold."""
+    """Return the plot of proven and confident error bounds of the entries, at most 60."""
     count = min(MOST_ENTRIES, len(found.entries))
     title = f"{found.machine}: guaranteed error of {found.model}, {found.precision}"
     title += f"; {count} of {len(found.entries)} entries" if count < len(found.entries) else ""
@@ -26,7 +26,7 @@ def _(found: Certificate) -> dict[str, Plot | str]:
 
 @figures_of.register
 def _(found: Certificates) -> dict[str, Plot | str]:
-    """Return errors_<model>_<precision> for each certificate."""
+    """Return the error plots of all certificates, by the names errors_<model>_<precision>."""
     plots = {f"errors_{x.model}_{x.precision}": figures_of(x)["errors"] for x in found.certificates}
     return plots or {"errors": "there is no certificate"}
 

@@ -221,7 +221,7 @@ def _bound(program: _Program, root: Expression, rounding: Rounding, refined: boo
 
 
 class _Summand(NamedTuple):
-    """The part of a node in the first sum: at most `weight` |a z|, or |a| if `is_alone`, plus `added`.
+    """Bound of a node's term in the first sum of errors: `weight` |a z|, or |a| if `is_alone`, plus `added`.
 
     `largest` bounds the first of the two.
     """
@@ -236,7 +236,7 @@ class _Summand(NamedTuple):
 def _summand(
     node: Expression, a: Polynomial, program: _Program, errors: tuple[float, float, float], growth: float
 ) -> _Summand:
-    """Return the smaller form of the part of a node; computed values are larger by up to `growth` of their size."""
+    """Return the smaller bound of a node's term; computed values are larger by up to `growth` of their size."""
     weight, relative, added = errors
     z, alone = program.value(node), _largest(a, program)
     is_angle = node.id in program.angles
@@ -258,7 +258,7 @@ def _largest_at_nodes(x: Polynomial) -> float:
 
 
 def _first_sum(program: _Program, root: Expression, sums: Sequence[_Summand]) -> float:
-    """Return a bound of the first sum: from its largest parts on a grid, the others individually."""
+    """Return a bound of the first sum of errors: its largest terms together on a grid, the others individually."""
     alone = sum(summand.largest + summand.added for summand in sums)
     if not sums or not program.axes:
         return alone
@@ -359,7 +359,7 @@ def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[f
 
 
 def _of_numbers(node: Expression, rounding: Rounding) -> float:
-    """Return the sum of errors of constant operands over u."""
+    """Return the sum of representation errors of the constant operands of a node, in units of u."""
     return sum(float(constant_error(x, rounding)) for x in node.operands if type(x) is not Expression) / rounding.u
 
 

@@ -102,7 +102,7 @@ class Degrees:
 
     @property
     def _constant(self) -> Mapping[str, Fraction] | None:
-        """The multiples of a constant (none); None for other expressions."""
+        """Multiples of variables in a constant: an empty mapping; None for other expressions."""
         return {} if self.is_constant else None
 
     def _times(self, factor: Fraction) -> Degrees:
@@ -315,7 +315,7 @@ _FUNCTIONS_OF_POLYNOMIALS: Mapping[str, Callable[..., Polynomial]] = {
 
 
 def separate_sides(roots: Sequence[Operand], box: Box, signs: bool = True) -> tuple[Sequence[Operand], Box]:
-    """Return expressions in which variables on both sides of sines have other names outside of them, and their box.
+    """Return expressions and their box, with other names outside of sines for variables that are also inside of some.
 
     The expressions may belong to several graphs. With `signs` signs of variables become variables, too.
     """

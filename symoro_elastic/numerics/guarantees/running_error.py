@@ -227,7 +227,7 @@ def is_power_of_two(x: Any) -> bool:
 
 
 def _roundoff(magnitude: Array, rounding: Rounding) -> Array:
-    """u ufp(x) plus the underflow."""
+    """Bound u ufp(x) plus underflow of the rounding error of a value x of this magnitude."""
     return rounding.u * ufp(magnitude) + rounding.least
 
 
@@ -262,7 +262,7 @@ def _of_root(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
 
 
 def _of_arc(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
-    """The slope of an arc tangent is one over the distance from the origin."""
+    """Error of an arc tangent: error of the point over its least distance from the origin; infinite at a jump."""
     moved = np.hypot(e[0], e[1])
     distance = np.hypot(x[0].least_magnitude, x[1].least_magnitude) / UPWARDS - moved
     jumps = (x[1].low <= e[1]) & (x[0].low <= e[0]) & (x[0].high >= -e[0])  # without errors, too: by the sign of -0.0

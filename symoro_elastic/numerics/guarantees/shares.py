@@ -84,7 +84,7 @@ class _Shares:
         self._range, self._error, self._u, self._lost = of, error_of, u, lost
 
     def of(self, x: Operand, depth: int) -> Share:
-        """r and a of an operand, from `depth` levels of operations."""
+        """Relative part r and absolute part a of the error of an operand, from `depth` levels of operations."""
         if not isinstance(x, Expression):
             return float(self._error(x)) / abs(float(x)) if x else 0.0, np.array(0.0)
         if x.operation == SYMBOL and np.any(self._error(x)):
@@ -98,7 +98,7 @@ class _Shares:
         return (r + self._u * (1 + r)) * UPWARDS, absolute
 
     def before_rounding(self, node: Expression, depth: int) -> Share:
-        """r and a of a node before its own rounding."""
+        """Relative part r and absolute part a of the error of a node before its own rounding."""
         ranges = [self._range(x) for x in node.operands]
         return _RULES[node.operation](ranges, [self.of(x, depth - 1) for x in node.operands])
 

@@ -21,7 +21,7 @@ EXACT = 1e-13  # distance from a short decimal that is rounding
 
 @dataclass(frozen=True)
 class IndependentColumns:
-    """Columns kept, columns that join them with coefficients beta (kept x dropped), columns without effect."""
+    """Columns of W: independent `kept` ones, `dropped` ones W_dropped = W_kept beta, and `vanishing` ones."""
 
     kept: tuple[int, ...]
     dropped: tuple[int, ...]
@@ -29,7 +29,7 @@ class IndependentColumns:
     beta: Array
 
     def terms(self, k: int) -> list[tuple[int, float]]:
-        """Return the columns that join the k-th kept one, with their coefficients."""
+        """Return the dependent columns that contain the k-th independent one, with their coefficients."""
         return [(c, float(b)) for c, b in zip(self.dropped, self.beta[k], strict=True) if b]
 
     def apply(self, X: Array) -> Array:
@@ -41,7 +41,7 @@ class IndependentColumns:
 def independent_columns(
     W: Array, tolerance: float, vanishing: float = VANISHING, first: Iterable[int] = (), negligible: float | None = None
 ) -> IndependentColumns:
-    """Return independent columns of W (rows, columns), and the coefficients with which the others join them.
+    """Return independent columns of W (rows, columns), and beta of the dependent ones, W_dropped = W_kept beta.
 
     A column is kept where it is independent of the columns before it, so that parameters join bodies nearer to the base
     as in Gautier and Khalil's rules; the columns `first` come before all others. Where their count is not the rank,

@@ -133,7 +133,7 @@ def enough_states(machine: Machine) -> int:
 
 
 def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: int = 0) -> Relations:
-    """Return a base set with the independent labels of `first`, and how other parameters join each of its members."""
+    """Return a base set, with the independent labels of `first`, and by member the parameters grouped with it."""
     stacked = stacked_regressor(random_motion(machine, enough_states(machine), seed))
     labels = stacked.labels
     wanted = [k for k, label in enumerate(labels) if label in first]

@@ -51,8 +51,8 @@ JUMP = 0.3  # of a dependent variable from one sample to the next, rad or m, tha
 
 @dataclass(frozen=True)
 class RegressorColumn:
-    """A parameter of tau = Y X: its label such as ZZ3, K2, what it is and the row of the table that has it, the name
-    of the joint that moves it, its unit, and the value that the machine gives it (NaN where it gives none)."""
+    """A parameter of tau = Y X: label such as ZZ3 or K2, quantity, row of the table, unit, and value in the machine,
+    NaN where it gives none; `joint` is the name of the joint that moves it."""
 
     label: str
     quantity: str
@@ -109,7 +109,7 @@ class Regressor:
         return Y
 
     def torques(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int], X: Array) -> Array:
-        """Return Y X of some columns, (samples, n): without Y where no joint follows others."""
+        """Return Y X of some columns, (samples, n); by inverse dynamics, without Y, if joints are uncoupled."""
         if self.machine.is_coupled:
             coupled: Array = self.evaluate(q, qd, qdd, chosen) @ X
             return coupled
@@ -270,7 +270,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> Re
 
 
 def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
-    """Return the machine with these values of its parameters, for loops close at those of the geometry."""
+    """Return the machine with these values of its parameters; geometric ones decide where its loops close."""
     formulas = {name: Formula.parse(x) for name, x in values.items()}
     return replace(
         machine, parameters=tuple(replace(p, value=formulas.get(p.name, p.value)) for p in machine.parameters)
@@ -329,7 +329,7 @@ def _carrier(machine: Machine, j: int) -> int:
 
 
 def others_than(machine: Machine, sought: Sequence[str], columns: Sequence[RegressorColumn]) -> dict[str, float]:
-    """Return values by label of all columns but these and those of these bodies, named by joints; none for none.
+    """Return the values by label of all columns but the `sought` ones, labels or names of bodies; {} if none is sought.
 
     Raises `InputError` for one that no torque shows.
     """

@@ -51,13 +51,13 @@ class AssembledLoops:
         self.traced: dict[str, Any] = {}
 
     def at_values(self, parameters: Mapping[str, float]) -> AssembledLoops:
-        """Return the variables at other values of the parameters, from the start of the loops on."""
+        """Return these variables at other values of the parameters, followed from the start of the loops again."""
         loops = AssembledLoops(self.bound, parameters)
         loops.traced = self.traced
         return loops
 
     def add_to(self, symbols: dict[str, Any], q: Sequence[Any]) -> None:
-        """Add the variables to values of symbols, duals where the independent ones `q` are."""
+        """Add the dependent variables to values of symbols, as duals where the independent ones `q` are duals."""
         if not self.joints:
             return
         values = self._values(np.array([x.value if x.__class__ is Dual else x for x in q], dtype=float))

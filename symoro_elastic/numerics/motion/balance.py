@@ -124,7 +124,7 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], 
         return (forces - tau)[sought], stiffness[chosen]
 
     def newton_steps(x: Array, least: float) -> tuple[Array, bool]:
-        """Return the end of Newton steps that each leave less than a share, and whether they converged."""
+        """Return x after Newton steps that each leave less than `least` of the forces, and whether they converged."""
         unbalanced, stiffness = balance(x)
         first = np.linalg.norm(unbalanced)
         for _ in range(NEWTON_STEPS):

@@ -111,7 +111,7 @@ class EquationsOfMotion:
         return equations
 
     def _take(self, values: Mapping[str, float]) -> None:
-        """Set the values: `parameters` of the mechanics, `numbers` with the drives."""
+        """Set the values of parameters: `parameters` are those of the mechanics, `numbers` also those of the drives."""
         self.given_values, self.numbers = dict(values), _values(self._numbered, values)
         self.parameters = {p.name: self.numbers[p.name] for p in self._judged.parameters}
 
@@ -202,7 +202,7 @@ class EquationsOfMotion:
 
     @traced_once
     def bodies(self) -> Mechanism:
-        """The mechanism without points."""
+        """The mechanism of the table's rows alone, without points of signals."""
         return replace(self.bound.mechanism, links=self.bound.mechanism.links[: len(self.machine.joints)])
 
     @traced_once
@@ -282,7 +282,7 @@ class EquationsOfMotion:
 
     @property
     def _many_pairs(self) -> bool:
-        """Whether the entries of K are so many that formulas for them cost more than slopes of r in numbers."""
+        """Whether K has so many entries that formulas for them cost more than derivatives of r at numerical values."""
         depths = [0]
         for joint in self.machine.joints:
             depths.append(depths[joint.antecedent] + (joint.sigma != 2))

@@ -142,7 +142,7 @@ def _by_index(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[i
 
 
 def refuse_soft_static(machine: Machine, at: Mapping[str, float], values: Mapping[str, float] | None = None) -> None:
-    """Raise `InputError` for a static spring of a machine that gravity or a load bends further than it bends back."""
+    """Raise `InputError` for static springs that cannot balance gravity or a load: K_EE is not positive definite."""
     weakest = soft_static(machine, at, values)
     if weakest:
         raise machine.error(f"scene, static, {weakest}", SOFT)
@@ -166,7 +166,7 @@ def soft_static(machine: Machine, at: Mapping[str, float], values: Mapping[str, 
 
 
 def _weakest(motion: EquationsOfMotion, q: Array, entries: Sequence[int]) -> int | None:
-    """The joint that moves most where K_EE has an eigenvalue that is not positive; None where all are."""
+    """The joint that moves most in the softest direction of K_EE; None where K_EE is positive definite."""
     (K,) = motion.matrices("K", q)
     own = dict(zip(motion.springs, motion.spring_stiffnesses(q), strict=True))
     units = np.sqrt([own[motion.names[k]] for k in entries])

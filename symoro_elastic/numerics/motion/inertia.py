@@ -42,7 +42,7 @@ def refuse_singular(motion: EquationsOfMotion, M: Array, kept: Sequence[int], ca
 
 
 def _condensing(motion: EquationsOfMotion, idle: Collection[str]) -> tuple[list[str], str]:
-    """Return the ways out by one spring in place of two in series that are idle, and why there is none."""
+    """Return advice to condense two idle springs in series into one, or the reason why that is not possible."""
     machine = motion.given
     for pair in springs_in_series(machine):
         if {machine.joint(j).name for j in (pair.first, pair.last)}.issubset(idle):
@@ -53,7 +53,7 @@ def _condensing(motion: EquationsOfMotion, idle: Collection[str]) -> tuple[list[
 
 
 def massless_rows(M: Array) -> tuple[list[int], float]:
-    """Return the rows with a share in motions of no or negative inertia, and the least eigenvalue of scaled M."""
+    """Return the rows that take part in motions of zero or negative inertia, and the least eigenvalue of scaled M."""
     values, vectors = _scaled_eigenvalues(M)
     null = vectors[:, values <= MATRIX_ROUNDING]
     part = np.sqrt(np.sum(null**2, axis=1))

@@ -239,7 +239,7 @@ class _Judge:
             proven.add(worst)
 
     def prove_worst_effect(self, errors: Array, effects: Array, source: random.Random) -> None:
-        """Replace effects of the inputs likewise, where extended precision may be too coarse."""
+        """Replace effects of the inputs by proven ones, largest first, where extended precision may be too coarse."""
         spoilt = errors * (EXTENDED_U / self.u) > effects / 16
         proven: set[int] = set()
         while not np.isnan(effects).all() and (worst := int(np.nanargmax(effects))) not in proven and spoilt[worst]:

@@ -89,7 +89,7 @@ WORDS = {RECURSION: "recursion", INERTIA: "inertia matrix"}
 
 
 def with_form(machine: Machine, scene: Scene) -> tuple[Scene, Choice | None]:
-    """Return the scene with the form that is chosen where it asks for `AUTO`, and the choice.
+    """Return the scene with the form decided if it is `AUTO`, and the choice, None if there was nothing to choose.
 
     Where no model of the scene has forms, nothing is chosen. Raises `InputError` where the inertia matrix is asked for.
     """
@@ -110,7 +110,7 @@ def has_forms(scene: Scene) -> bool:
 
 
 def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Choice:
-    """Return the form with the fewest operations whose predicted error is within `WITHIN` times that of the recursion.
+    """Return the form with the fewest operations whose predicted error is at most `WITHIN` times that of the recursion.
 
     It is decided by counts and seeded states, never by a clock. Where errors cannot be predicted it is the recursion.
     `with_errors` predicts them also where the recursion has the fewest operations.
@@ -151,7 +151,7 @@ def _choose(recursion: Form, inertia: Form) -> tuple[str, str]:
 
 
 def fewest_operations(machine: Machine) -> int:
-    """Return the products and sums of factoring the inertia matrix of the rotating joints; 0 of loops.
+    """Return the products and sums to factor the inertia matrix of the rotating joints; 0 for a machine with loops.
 
     Joints that follow others move with these: they add to entries of the matrix, and make none zero.
     """

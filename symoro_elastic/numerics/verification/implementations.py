@@ -100,7 +100,7 @@ def _by_name(traced: TracedModel, results: Any) -> ResultArrays:
 
 
 def _spread(traced: TracedModel, results: ResultArrays, states: int) -> ResultArrays:
-    """Return results by state also where they depend on parameters only."""
+    """Return the results for each state, repeated where they depend on parameters only."""
     shapes = {output.name: output.shape for output in traced.program.outputs}
     return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 

@@ -91,7 +91,7 @@ class Reference:
 
     @cached_property
     def tree(self) -> Bound | None:
-        """The machine where A is needed at few states only: it is not solved for, and it is a tree on a fixed base."""
+        """The machine if A is computed by recursion on numbers: a tree on a fixed base, not solved for; else None."""
         return None if self.solved or self.machine.is_coupled or self.machine.degrees_of_base else Bound(self.machine)
 
     @cached_property
@@ -121,7 +121,7 @@ class StateReference:
     digits: int = DIGITS
 
     def model(self, traced: TracedModel, solved: bool = False) -> dict[str, Numbers]:
-        """Return results of a model, entry by entry, `solved` whatever the reference is. Raises `Singular`."""
+        """Return reference results of a model; `solved` always solves the equations of motion. Raises `Singular`."""
         ways = {CheckedBy.FRAMES: self._frames, CheckedBy.INERTIA: self._inertia, CheckedBy.BIAS: self._bias}
         if solved or self.reference.solved:
             ways |= {CheckedBy.DIRECT: self._direct, CheckedBy.INVERSE: self._inverse}
@@ -202,7 +202,7 @@ class StateReference:
         return [entries[row * n : (row + 1) * n] for row in range(n)]
 
     def _composite(self, tree: Bound) -> Numbers:
-        """Return A of a tree by the recursion on numbers: expressions for all pairs of joints are for many states."""
+        """Return A of a tree by recursion on numbers, cheaper at few states than expressions of pairs of joints."""
         symbols = self.names | dict(zip(tree.arguments()["q"], self.q, strict=True))
         value = evaluate(tree.mechanism.scalars(), symbols, self.arithmetic)
         A, rows = inertia_matrix(tree.mechanism.map(value)).A, tree.machine.independent
@@ -231,7 +231,7 @@ class StateReference:
         return [self._input(x) for x in self.state[argument]]
 
     def _input(self, x: float) -> Any:
-        """Return an input of the generated code, one ulp off where the state is a near one."""
+        """Return an input of the generated code, one ulp off if the state is a perturbed one."""
         exact = Fraction(float(x))
         return decimals(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
@@ -464,7 +464,7 @@ def _one_ulp_off(x: Fraction, source: random.Random) -> Fraction:
 
 @dataclass(frozen=True)
 class CoupledNumbers:
-    """Joint coordinates x, rows of S_x = dx/du, gam_x and rates xd, by the joint that owns them."""
+    """By joint: coordinate x, row of S_x = dx/du, gam_x of xdd = S_x udd + gam_x, and rate xd."""
 
     x: Column
     S_x: Rows

@@ -108,7 +108,7 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
 def _whole(
     machine: Machine, states: States, variables: Sequence[_Variable], values: ParameterValues, seed: int, kind: int
 ) -> States:
-    """The states with all blocks that the machine has."""
+    """Return states with all blocks that the machine has: loops closed, static joints, wrenches, base, motions."""
     states = _make_defined(machine, _assemble(machine, states, values, seed), values, seed)
     motors = [k for k, variable in enumerate(variables) if variable.motor]
     q, qd, qdd = (block[:, motors] for block in (states.q, states.qd, states.qdd))
@@ -137,7 +137,7 @@ def _assemble(machine: Machine, states: States, values: ParameterValues, seed: i
 
 
 def _make_defined(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
-    """The states, others where cells have no value; raises `InputError` for a cell that has one nowhere."""
+    """Return states at which all cells have values; raises `InputError` for a cell that has none at any position."""
     domain, source = Domain(machine), random.Random(seed)
     if not domain.free:
         return states
@@ -184,7 +184,7 @@ def _variable(joint: Joint, values: ParameterValues) -> _Variable:
 
 
 def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: BoolArray) -> dict[str, Array]:
-    """Return blocks of joints, a state after the other; where it is `wide`, elastic joints are within 0.5."""
+    """Return moderate blocks of joints, by state; where `wide`, positions range at least 0.5 about the centre."""
     sizes = [motors if row.shape == "m" else len(variables) for row in OF_JOINTS]
     positions, *others = np.split(rng.random((len(wide), sum(sizes))), np.cumsum(sizes)[:-1], axis=1)
     extents = np.array([v.extent for v in variables])
@@ -194,7 +194,7 @@ def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: BoolA
 
 
 def _within(row: Quantity, numbers: Array) -> Array:
-    """Return numbers from 0 to 1 as samples of a quantity."""
+    """Map numbers from 0 to 1 to the moderate range of a quantity, -size to size."""
     size = row.samples.size if row.samples else 0.0
     return 2 * size * numbers - size
 

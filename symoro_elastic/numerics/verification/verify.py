@@ -197,7 +197,7 @@ def compare(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> Verification:
-    """Return how far code, and the equations on floats, are from 50 digits; arguments as for `verify`."""
+    """Compare code, and the equations on floats, with a 50-digit reference; arguments as for `verify`."""
     machine, models = programs.machine, programs.models
     values = parameter_values(machine, seed)
     moderate, extreme = states or _how_many(models)
@@ -395,7 +395,7 @@ def _springs(point: StateReference, q: Numbers, qd: Numbers) -> Numbers:
 
 
 def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
-    """Return results of a feed-forward: velocities from q by time, torques from the equations of motion."""
+    """Return reference results of a feed-forward: q, its derivative, and torques by the equations of motion."""
     motion, machine = feed_forward_motion(point, traced), point.reference.machine
     by_name = {"tau": motion.forces, "q": motion.q, "qd": motion.qd}
     by_joint = {name: dict(zip(machine.independent, x, strict=True)) for name, x in by_name.items()}
@@ -403,7 +403,7 @@ def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
 
 
 def residual(point: StateReference, traced: TracedModel) -> float:
-    """Return the relative residual of the springs' law, and of the sum of motor and springs being y.
+    """Return the largest relative residual: of forces on elastic joints, and of load positions against the reference y.
 
     It is 0 where no deflection balances the load of a spring whose stiffness changes with positions: such a state is
     not judged.

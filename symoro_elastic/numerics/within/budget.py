@@ -31,7 +31,7 @@ class Error:
 
 @dataclass(frozen=True)
 class Item(Generic[What]):
-    """What may be left out, how many operations that saves, and what fraction of the tolerance it adds."""
+    """A part that may be omitted (`what`), the operations that it saves, the fraction of the tolerance it uses."""
 
     what: What
     saves: float
@@ -55,7 +55,7 @@ class ErrorBudget:
         return max(abs(error) / self.tolerance[name] for name, error in errors.items())
 
     def slack(self, errors: Mapping[str, float]) -> dict[str, float]:
-        """Return what errors leave of the tolerances, by output."""
+        """Return the unused part of the tolerances, by output."""
         return {name: self.fraction * limit - errors.get(name, 0.0) for name, limit in self.tolerance.items()}
 
     def fits(self, *errors: Mapping[str, float]) -> bool:

@@ -67,7 +67,7 @@ class Residual:
         return frozenset(node.id for node in self.form.program.nodes)
 
     def matrices(self, errors: Array) -> Interval:
-        """The range of A_S, whose residual is wrong by at most `errors`."""
+        """The range of A_S for which the residual is wrong by at most `errors`."""
         return widened(self.A, errors[:, None] / self.reach)
 
 

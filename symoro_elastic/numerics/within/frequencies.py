@@ -69,7 +69,7 @@ class NaturalFrequencies:
 
 
 class FrequencyShifts:
-    """Shifts of natural frequencies that changes of a program make, of their tolerance.
+    """Shifts of natural frequencies that changes of a program cause, as fractions of the allowed shift.
 
     Raises `ValueError` for a program that is not a direct or inverse model of all joints.
     """
@@ -82,7 +82,7 @@ class FrequencyShifts:
         self._effects: ShiftEffects | None = None
 
     def errors(self, accepted: Sequence[Change]) -> Array:
-        """Return the shifts (positions * modes,) at the positions that are watched, of the limit, with their signs."""
+        """Return the shifts (positions * modes,) at the watched positions as signed fractions of the limit."""
         at = self._watched
         roots = self._roots(at.states, Changes.of(accepted))
         signs = np.where(roots.real < at.roots.real, -1.0, 1.0)
@@ -136,7 +136,7 @@ class FrequencyShifts:
         return np.asarray(tolerance.value * (omega if tolerance.relative else np.full_like(omega, 2 * np.pi)))
 
     def _distances(self, roots: AnyArray, exact: AnyArray) -> Array:
-        """Shifts (states, modes) of their tolerance, infinite where a mode is lost."""
+        """Shifts (states, modes) as fractions of the allowed shift; infinite where a mode is lost."""
         omega, distance = exact.real, np.abs(roots - exact)
         with np.errstate(all="ignore"):
             shifts = np.where(distance < LOST * omega, distance / self._allowed_shifts(omega), np.inf)
@@ -178,7 +178,7 @@ class FrequencyShifts:
         return self._places.linearization(tape.values(rows), adjoints)
 
     def _equilibria(self, states: Array) -> Array:
-        """The states moved to the nearest equilibrium by Newton's method; where that finds none, as they are."""
+        """The states moved to the nearest equilibrium by Newton's method; unchanged where it does not converge."""
         moved = states.copy()
         qdd, J, B = self._linear(moved, NO_CHANGES)
         first = np.maximum(np.abs(qdd).max(axis=1), SMALLEST)
@@ -198,7 +198,7 @@ class _WatchedStates(NamedTuple):
 
 @dataclass(frozen=True)
 class _Motion:
-    """A motion x of joints `moving` (numbers of positions), to which d weights qdd = -S x.
+    """An oscillation x of the joints `moving` (indices of positions): xdd = `weights` qdd = -S x.
 
     `weights` are (states, joints, accelerations); `torques` (states, torques, joints) times x hold what does not move.
     """
@@ -258,7 +258,7 @@ class _Places:
 
     @property
     def unknowns(self) -> list[int]:
-        """The symbols that balance decides."""
+        """Indices of the symbols that equilibrium determines: positions of passive joints, and torques."""
         return [*(self.positions[k] for k in self.passive), *self.torques]
 
     def linearization(self, values: Array, adjoints: Adjoints) -> tuple[Array, Array, Array]:
@@ -289,7 +289,7 @@ class _Places:
         return directions, weights
 
     def _motions(self, J: Array, B: Array) -> list[_Motion]:
-        """With motors held, where there are any, and with free ones."""
+        """The oscillations with motors held, if there are motors, and with free motors."""
         p, m, size = list(self.passive), list(self.motors), len(self.accelerations)
         unit = np.broadcast_to(np.eye(size), J.shape)
         free = _Motion(unit, range(size), np.zeros((len(J), len(self.torques), size)))
@@ -335,7 +335,7 @@ def _order(roots: AnyArray) -> AnyArray:
 
 
 def _scatter(columns: Array, places: Sequence[int], size: int) -> Array:
-    """Columns (states, modes, ...) added at their places of as many as `size`; those at -1 are left out."""
+    """Add columns (states, modes, ...) at their places in a result of `size` columns; those at -1 are omitted."""
     values = np.zeros((*columns.shape[:2], size))
     for column, place in enumerate(places):
         if place >= 0:

@@ -46,7 +46,7 @@ class Liveness:
             self.apply(change)
 
     def is_possible(self, change: Change) -> bool:
-        """Whether its node is needed, and what it leaves out is still there; a frozen node may become 0, 1 or -1."""
+        """Whether a used node can still be changed so, by its operands; a constant can only become 0, 1 or -1."""
         place = change.place
         if not self._uses[place]:
             return False
@@ -57,7 +57,7 @@ class Liveness:
         return change.kind is Kind.FREEZE or self._costs[place] > 0
 
     def saved_by(self, change: Change) -> int:
-        """Return what a change would save."""
+        """Return how many operations a change would save, without applying it."""
         before, start = self.cost, len(self._log)
         self.apply(change)
         saved = before - self.cost
@@ -70,11 +70,11 @@ class Liveness:
     def apply(self, change: Change) -> None:
         """Carry out a change that is possible."""
         if change.kind is Kind.FREEZE:
-            self._becomes(change.place, change.constant)
+            self._set_constant(change.place, change.constant)
         elif change.kind is Kind.STRAIGHTEN:
-            self._is_free(change.place)
+            self._set_free(change.place)
         else:
-            self._let_go(change.place, change.operand)
+            self._drop_operand(change.place, change.operand)
             self._simplify(change.place)
         while self._pending:
             place = self._pending.pop()
@@ -85,14 +85,14 @@ class Liveness:
         self._log.append((of, index, of[index]))
         of[index] = value
 
-    def _is_free(self, place: int) -> None:
-        """Its value needs no operation any more."""
+    def _set_free(self, place: int) -> None:
+        """Set the cost of a node to zero: its value needs no operation any more."""
         if self._costs[place]:
             self.cost -= self._costs[place] if self._uses[place] else 0
             self._set(self._costs, place, 0)
 
-    def _let_go(self, place: int, slot: int) -> None:
-        """Take away one operand of a node, and what dies with it."""
+    def _drop_operand(self, place: int, slot: int) -> None:
+        """Remove one operand of a node, and the nodes that are unused without it."""
         operand = self._operands[place][slot]
         operands = list(self._operands[place])
         operands[slot] = _GONE
@@ -107,13 +107,13 @@ class Liveness:
                 self.cost -= self._costs[x]
                 lost += self._operands[x]
 
-    def _becomes(self, place: int, constant: float) -> None:
-        """The node is a number; its users may become simpler."""
+    def _set_constant(self, place: int, constant: float) -> None:
+        """Make a node a constant: release its operands, and mark its users for simplification."""
         self._set(self._constant, place, constant)
-        self._is_free(place)
+        self._set_free(place)
         for slot in range(len(self._operands[place])):
             if self._operands[place][slot] != _GONE:
-                self._let_go(place, slot)
+                self._drop_operand(place, slot)
         self._pending += self._users[place]
 
     def _simplify(self, place: int) -> None:
@@ -121,20 +121,20 @@ class Liveness:
         constants = [0.0 if x == _GONE else self._constant[x] for x in self._operands[place]]
         operation = self._tape.operations[place]
         if all(x is not None for x in constants):
-            self._becomes(place, _constant_value(operation, [x for x in constants if x is not None]))
+            self._set_constant(place, _constant_value(operation, [x for x in constants if x is not None]))
         elif operation in SUMS:
             if 0.0 in constants:
-                self._is_free(place)
+                self._set_free(place)
         elif operation == MULTIPLY:
             if 0.0 in constants:
-                self._becomes(place, 0.0)
+                self._set_constant(place, 0.0)
             elif 1.0 in constants or -1.0 in constants:
-                self._is_free(place)
+                self._set_free(place)
         elif operation == DIVIDE:
             if constants[0] == 0.0:
-                self._becomes(place, 0.0)
+                self._set_constant(place, 0.0)
             elif constants[1] in (1.0, -1.0):
-                self._is_free(place)
+                self._set_free(place)
 
 
 def _cost(tape: Tape, place: int) -> int:
@@ -145,7 +145,7 @@ def _cost(tape: Tape, place: int) -> int:
 
 
 def _constant_value(operation: str, constants: Sequence[float]) -> float:
-    """The number that an operation on numbers gives: what follows depends on whether it is 0, 1 or -1."""
+    """The result of an operation on constants, in double precision; NaN where it has none."""
     try:
         return float(FLOATS.operations[operation](*constants))
     except ArithmeticError:

@@ -163,7 +163,7 @@ class Search:
         return prefix
 
     def _is_within(self, accepted: list[Change], limit: float) -> bool:
-        """Whether errors are within the limit, and no denominator has changed by much: not where one is NaN."""
+        """Whether errors are within the limit, and denominators near the exact ones; False if one is NaN."""
         errors = self.errors(accepted)
         if not largest(errors) <= limit:
             return False

@@ -56,7 +56,7 @@ class Bounds:
         return drawn(self.low, self.high, self.is_position, states, rng)
 
     def at_rest(self, states: int, rng: np.random.Generator) -> Array:
-        """Return states at random positions, the first at the origin; zero, or what is nearest to it, for all else."""
+        """Return states at random positions, the first at the origin; other symbols are as near to zero as possible."""
         drawn_states = self.draw(states, rng)
         least = np.clip(0.0, self.low, self.high)
         drawn_states[:, :1] = least
@@ -69,7 +69,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Unseen:
-    """Errors (results, states) at states drawn with a seed, of their tolerances."""
+    """Errors (results, states) at states drawn with a seed, as fractions of the tolerances."""
 
     errors: Array
     seed: tuple[int, ...]
@@ -112,7 +112,7 @@ def _block(bounds: Bounds, seed: tuple[int, ...], number: int) -> Array:
 
 
 class _Evaluated:
-    """The results of `exact`, computed by a program with the same outputs whose symbols are among its own."""
+    """Results in the order of `exact`, computed by a program with the same outputs and some of its symbols."""
 
     def __init__(self, exact: Tape, tape: Tape) -> None:
         self._tape, self._steps = tape, tape.steps()
@@ -131,7 +131,7 @@ class _Evaluated:
 
 
 def _shared_rows(tape: Tape, results: Sequence[int]) -> Rows:
-    """Rows that are used again after the last use of a place; those of `kept` hold their values to the end."""
+    """Return rows by place, reused after the last use of a place; rows of `results` keep their values to the end."""
     last = {x: place for place, operands in enumerate(tape.operands) for x in (place, *operands)}
     last |= dict.fromkeys(results, tape.count)
     symbols = {place: np.empty(BLOCK) for place in tape.symbols.values()}

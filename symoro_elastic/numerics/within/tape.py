@@ -55,7 +55,7 @@ PREFIX = "kept_"
 
 
 class Kind(Enum):
-    """What is done to a node."""
+    """Kind of a change of a node: drop an operand, freeze the value, or replace a sine by its angle."""
 
     DROP = "drop"
     FREEZE = "freeze"
@@ -317,11 +317,11 @@ class SwitchedProgram:
     changes: Mapping[str, Change]
 
     def without(self, names: Sequence[str]) -> tuple[Output, ...]:
-        """Return the outputs of the program where these switches are zero, all others one."""
+        """Return the outputs of the program with these switches at zero and all others at one."""
         return with_values(self.program, self.values_without(names))
 
     def values_without(self, names: Sequence[str]) -> dict[int, Operand]:
-        """Return the values of all nodes of the program there, by number."""
+        """Return the values of all nodes, by number, with these switches at zero and all others at one."""
         return changed_values(self.tape, Changes.of(self.changes[name] for name in names))
 
 

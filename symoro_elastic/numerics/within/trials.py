@@ -176,7 +176,7 @@ class Task:
 
 
 class Trial:
-    """A reduced program, and its errors by result, of their tolerances."""
+    """A reduced program, and its errors by result as fractions of the tolerances."""
 
     def __init__(self, task: Task, accepted: AcceptedChanges, states: Array, number: int) -> None:
         self.task, self.accepted, self._number = task, accepted, number
@@ -203,14 +203,14 @@ class Trial:
         self.climbed = self._worst.largest
 
     def keeps_frequencies(self) -> bool:
-        """Whether natural frequencies are within their tolerance; where not, the next search looks there, too."""
+        """Whether natural frequencies are within their tolerance; if not, the next search watches the worst states."""
         if self.task.shifts is None:
             return True
         self.shift = self.task.shifts.bound(self.accepted.changes, self._number)
         return self.shift <= 1
 
     def raises_frequencies(self) -> bool:
-        """Whether the next search has a higher limit of shifts of natural frequencies."""
+        """Raise the limit of frequency shifts for the next search, if they are small; return whether it rose."""
         return self.task.shifts is not None and self.shift is not None and self.task.shifts.raise_limit(self.shift)
 
     @property
@@ -219,7 +219,7 @@ class Trial:
         return Liveness(self.task.tape, self.accepted.changes).cost
 
     def too_large(self) -> Worst | None:
-        """Return errors beyond the tolerances at climbed or at some unseen states."""
+        """Return errors and worst states if tolerances are exceeded at climbed or some unseen states; else None."""
         errors_at_unseen = self._at_unseen(MORE, SOME)
         worst = np.maximum(self.climbed, errors_at_unseen.worst)
         if (worst <= 1).all():
@@ -228,7 +228,7 @@ class Trial:
         return Worst(worst, [climbed, errors_at_unseen.worst_states(self.task.box, EACH, JOINING)])
 
     def too_large_unseen(self) -> Worst | None:
-        """Return errors beyond the tolerances at many unseen states; find the bound on as many more."""
+        """Return errors and worst states if tolerances are exceeded at many unseen states; bounds further errors."""
         required = self.task.required
         errors_at_unseen = self._at_unseen(required.states, MANY)
         self.unseen = errors_at_unseen.worst
@@ -267,7 +267,7 @@ class Trial:
         return np.asarray(np.max(bounds, axis=0))
 
     def reduction(self) -> Reduction:
-        """Return the result."""
+        """Return the reduction: the reduced program, the omitted terms, and the errors."""
         task = self.task
         left_out = left_out_of(task.program, task.tape, self.accepted.changes)
         errors, states = tuple(self._entry_errors()), task.required.states
@@ -395,7 +395,7 @@ class _Climber:
         self.error = np.zeros(len(weights))
 
     def climb(self, at: Array) -> Array:
-        """Return the states that are reached."""
+        """Return the states that steps of increasing error reach from states `at`."""
         step = np.full(at.shape[1], FIRST_STEP)
         self.error = self._errors(at)
         for _ in range(STEPS):
