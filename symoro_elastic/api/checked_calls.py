@@ -87,7 +87,7 @@ def _mistake(function: Callable[..., object], bound: Signature, args: Sequence[A
 
 
 def _meant(function: Callable[..., object], name: str, parameters: Collection[str]) -> str:
-    """Return the end of a message about an unknown argument: a former flag, one of `read`, or the closest name."""
+    """Return the hint about an unknown argument in a message: its present form, `read`, or the closest name."""
     record = getattr(function, "options", None)
     for row in options(record) if record else ():
         for old in (*row.formerly, *row.gone):
@@ -142,7 +142,7 @@ PLAIN: dict[str, tuple[str, Callable[[Any], bool]]] = {
 
 
 def _refuse_other(name: str, value: Any, expected: str) -> None:
-    """Raise `InputError` for an argument that is neither of the plain types that it may have."""
+    """Raise `InputError` for a value of another type than the plain types of an argument."""
     kinds = expected.split(" | ")
     if not PLAIN.keys() >= {*kinds} or any(PLAIN[kind][1](value) for kind in kinds):
         return

@@ -16,7 +16,7 @@ from symoro_elastic.foundation.errors import InputError, among
 
 
 def reporting(options: Generating, targets: Sequence[str]) -> ToolChain | None:
-    """Return the compiler of a report, None without a report; raises `InputError`."""
+    """Return the compiler for the report on C code, None if none is requested; raises `InputError`."""
     compiler, flags = options.compiler, options.compiler_flags
     named = {"--processor": options.processor, "--compiler": compiler, "--compiler-flags": flags}
     places = [place for place, value in named.items() if value]

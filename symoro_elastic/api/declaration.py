@@ -223,7 +223,7 @@ def in_si_units(machine: Any, record: O) -> O:
 
 
 def part(record: Callable[..., O], source: Any) -> O:
-    """Return a record of the options that another record has, too."""
+    """Return a record of type `record` with the values that the options have in another record."""
     return record(**{item.name: getattr(source, item.name) for item in fields(record)})  # type: ignore[arg-type]
 
 

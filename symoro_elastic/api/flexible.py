@@ -113,7 +113,7 @@ def _refuse(fixed: str, interfaces: int, modes: int, scale: float) -> None:
 
 
 def _refuse_part(mass: str | Path | None, nodes: str | Path | None, scale: float, mass_unit: str) -> None:
-    """Refuse matrices without what they need."""
+    """Raise `InputError` for matrices without mass, without coordinates of nodes, or with an unknown unit of mass."""
     if not mass:
         what = "a stiffness without mass has no frequencies: export M, too, which substructures of CalculiX leave out"
         raise InputError(COMMAND, "--mass", what)

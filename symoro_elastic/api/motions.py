@@ -78,7 +78,7 @@ class Plan:
     def run(
         self, reference: Reference, announce: Announce = announce_nothing, progress: Progress = no_progress
     ) -> Simulation:
-        """Return one of the motions, simulated."""
+        """Return the simulation of a reference motion."""
         from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
         from symoro_elastic.analysis.simulation.simulate import follow, follows_exactly, simulate
 

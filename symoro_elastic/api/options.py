@@ -261,7 +261,7 @@ class ParametersAndScene(Options):
 
 
 class Evaluating(RequestedModels):
-    """What `evaluate` takes."""
+    """Options of `evaluate`."""
 
     at: Values = option(
         {}, "JOINT=X", "Position of a joint, rad or m; with JOINT.qd its velocity, .qdd acceleration, .tau torque "
@@ -271,7 +271,7 @@ class Evaluating(RequestedModels):
 
 
 class Reaching(ParametersAndScene):
-    """What `ik` takes."""
+    """Options of `ik`."""
 
     frame: str = rows.frame_row()
     position: Sequence[float] = option(
@@ -289,7 +289,7 @@ class Reaching(ParametersAndScene):
 
 
 class Yielding(ParametersAndScene):
-    """What `stiffness` takes."""
+    """Options of `stiffness`."""
 
     frame: str = rows.frame_row()
     at: Values = rows.at_row(", or initial guess for another joint")
@@ -297,7 +297,7 @@ class Yielding(ParametersAndScene):
 
 
 class CountingModes(Options):
-    """What `flexible_parts` takes."""
+    """Options of `flexible_parts`."""
 
     frame: str = rows.frame_row()
     at: Values = rows.at_row()
@@ -517,7 +517,7 @@ class Climbing(Options, kw_only=False):
 
 
 class Reducing(Options, kw_only=False):
-    """What `reduce` takes."""
+    """Options of `reduce`."""
 
     scene: SceneLike = rows.scene_row("with the table [motion] (default: that of MACHINE)")
     _: KW_ONLY

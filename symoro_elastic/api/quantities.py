@@ -50,7 +50,7 @@ def convert(x: Any, unit: str | None, place: str) -> Any:
 
 
 def converted_by_name(x: Any, unit_of: UnitOf, machine: Machine, place: str) -> Any:
-    """Return a value, or values by name, in SI units, which depend on the machine; raises `InputError`."""
+    """Return a value, or values by name, in the SI units that the machine gives to the names; raises `InputError`."""
     if isinstance(x, Mapping):
         return {name: _one(part, unit_of(machine, name), f"{place}, {name}") for name, part in x.items()}
     return _one(x, unit_of(machine, ""), place)

@@ -83,7 +83,7 @@ class SweptModes(SweptVibration):
         return {**figures, "growth": float(here.growth.max(initial=0.0))}
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         return "Hz" if figure.startswith("frequency") else "1/s" if figure == "growth" else ""
 
 
@@ -103,7 +103,7 @@ class SweptResponse(SweptVibration):
         return response_figures(linear, self.frequencies)
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         from symoro_elastic.analysis.vibration.peaks import unit_of_figure
 
         return unit_of_figure(self.machine, figure)
@@ -123,7 +123,7 @@ class SweptControl(SweptVibration):
     def of(
         cls, machine: DescribedMachine, point: OperatingPoint, values: Values, outputs: tuple[str, ...], damping: float
     ) -> SweptControl:
-        """Return what is computed of a machine, with its gains; raises `InputError`."""
+        """Return the swept closed loops of a machine, gains to be tuned found once; raises `InputError`."""
         from symoro_elastic.analysis.control.control import with_gains
         from symoro_elastic.analysis.control.driven_machine import default_compliances
 
@@ -156,7 +156,7 @@ class SweptControl(SweptVibration):
         return control_figures(self.control(values, positions))
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         from symoro_elastic.analysis.control.control import unit_of
 
         return unit_of(figure, self.motion.given)
@@ -171,7 +171,7 @@ class SweptMotions:
 
     @property
     def sees_drives(self) -> bool:
-        """Whether motions are under drives."""
+        """Whether the motors are controlled by drives."""
         return any(motion.drives for motion in self.machine.asked.motions)
 
     def at(self, values: Values, positions: Values) -> DescribedMachine:
@@ -190,7 +190,7 @@ class SweptMotions:
 
 @dataclass(frozen=True)
 class SweptLadder(SweptMotions):
-    """The chosen rung of a ladder, its omissions and costs, and its errors over their tolerances."""
+    """Results of a ladder of models: the chosen one, its omissions and costs, and its errors over their tolerances."""
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
         """Return the results at a point."""
@@ -213,7 +213,7 @@ class SweptLadder(SweptMotions):
         return {name: float(x) for name, x in figures.items()}
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         return ""
 
 
@@ -242,7 +242,7 @@ class SweptSimulation(SweptMotions):
         return figures
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         from symoro_elastic.numerics.motion.signals import output_unit
 
         if "energy: " in figure:
@@ -282,5 +282,5 @@ class SweptFunction:
         return self.function(described, dict(positions)) if self.takes_positions else self.function(described)
 
     def unit(self, figure: str) -> str:
-        """Return the unit of a figure."""
+        """Return the unit of a result by its name."""
         return ""

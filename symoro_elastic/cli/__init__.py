@@ -89,7 +89,7 @@ def _flush(code: int) -> int:
 
 
 def _no_output(error: OSError) -> int:
-    """Report an error of the operating system; a reader of a pipe may close it, as `head` does."""
+    """Report an error of the operating system, unless a reader such as `head` closed the pipe; return the exit code."""
     reason = error.strerror or error
     if error.errno in OF_OUTPUT:
         _fail(f"{error.filename or 'standard output or a temporary file'}: cannot be written ({reason})")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Verdict(Options):
-    """The accepted error, and options of the recommendation."""
+    """Options of the recommended build: accepted error, -ffast-math, and whether every build is printed."""
 
     tolerance: float = option(1e-12, "X", "Relative error that is accepted.", kinds.NUMBER, above=0)
     fast_math: bool = switch("Allow -ffast-math in the advice: NaN and order of sums are not kept.")

@@ -42,7 +42,7 @@ def generate(machine: str, options: Generating, reading: Reading, as_json: bool)
 
 
 class Proof(Options):
-    """Whether errors are proven for a box rather than measured at states."""
+    """Option to prove errors for a box rather than measure them at states."""
 
     proven: bool = switch(
         "Prove ranges and rounding errors of results for all positions within [limits].", formerly=("--box",)
@@ -114,7 +114,7 @@ def _certify(machine: str, options: Certifying, reading: Reading, as_json: bool)
 
 
 def _check_by_itself(machine: str, options: Certifying, reading: Reading, as_json: bool) -> None:
-    """Print what `check --self` finds."""
+    """Print the digits of results that agree in the four rounding modes, for `check --self`."""
     from symoro_elastic.api import models as api
 
     full_machine = read_for(options, machine, reading)

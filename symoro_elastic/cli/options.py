@@ -150,7 +150,7 @@ def _type(row: Option) -> click.ParamType | None:  # type: ignore[type-arg]
 
 
 class DeclaredOption(click.Option):
-    """An option of a declaration; names of registries are read when its help is printed."""
+    """An option of click made from a declared one; names of registries are read when its help is printed."""
 
     def __init__(self, row: Option) -> None:
         self.row = row

@@ -316,7 +316,7 @@ def _section(section: Section) -> list[str]:
 
 
 def _par() -> Iterator[str]:
-    """Heading and table of the keys of the places of a .par file."""
+    """Yield headings and tables of the keys of a .par file, grouped by their place in it."""
     for place in Place:
         yield f"### {place.value[0].upper()}{place.value[1:]}"
         rows = ((f"`{k.name}`", k.unit, k.default, k.meaning, f"`{k.example}`") for k in KEYS if k.place is place)

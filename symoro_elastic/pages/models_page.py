@@ -36,7 +36,7 @@ NOTES = (
 
 
 def models_page() -> str:
-    """Return the page."""
+    """Return the page of all models, with their arguments and results, as Markdown."""
     families = groupby(sorted(MODELS.values(), key=lambda model: model.family), key=lambda model: model.family)
     parts = [HEAD, *(f"- {note}" for note in NOTES)]
     for family, models in families:

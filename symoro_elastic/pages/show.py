@@ -32,7 +32,7 @@ from symoro_elastic.pages.closed_chains import ClosedChain, closed_chain, closed
 
 @dataclass(frozen=True)
 class Description:
-    """What a machine is at a position: loops, axes, base parameters, and joints of singular inertia.
+    """Description of a machine at a position: loops, axes, base parameters, and joints of singular inertia.
 
     Base parameters and singular inertias are determined when asked for; they raise `InputError` for a machine that has
     no regular position about its start.

@@ -155,7 +155,7 @@ def _rows_of_modes(machine: Machine) -> frozenset[int]:
 
 
 def _boxes(machine: Machine, T: Array, values: Mapping[str, float]) -> tuple[dict[int, Box], list[int]]:
-    """The boxes of bodies with values, by the number of their joint, and which are reduced to points: far too long."""
+    """Boxes of bodies with values, by joint number, and the joints with far too long bodies, reduced to points."""
     numbered = ((j, box_of(joint.body, values)) for j, joint in enumerate(machine.joints, start=1))
     boxes = {j: box for j, box in numbered if box}
     lengths = {j: float(np.linalg.norm(box.edges)) for j, box in boxes.items()}

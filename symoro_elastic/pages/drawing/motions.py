@@ -41,7 +41,7 @@ def reference_motion(reference: Reference, remark: str) -> Played:
 
 
 def simulated_motion(simulation: Simulation) -> Played:
-    """Return a simulated motion, at no more times than are visible."""
+    """Return a simulated motion, sampled at no more times than a page can show."""
     moved = simulation.motion
     indices = np.unique(np.round(np.linspace(0, len(moved.t) - 1, min(SAMPLES, len(moved.t)))).astype(int))
     samples = moved[indices]

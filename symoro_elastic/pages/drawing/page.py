@@ -263,7 +263,7 @@ class ShownMachine:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines about what is not shown, or shown differently."""
+        """Lines about parts of the machine that are not shown, or shown differently."""
         return (*self.figure.remarks, *self.meshes[1], *self.missing)
 
 

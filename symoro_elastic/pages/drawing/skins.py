@@ -29,7 +29,7 @@ class Skin:
     role: str = BEAM
 
     def points(self, T: Array) -> Array:
-        """Return its points (N, 3) with frames at placements T (1 + rows, 4, 4)."""
+        """Return the points (N, 3) of the surface with frames at placements T (1 + rows, 4, 4)."""
         body = T[self.root]
         e = (T[list(self.rows), :3, 3] - body[:3, 3]) @ body[:3, 2]
         return transform(body, self.surface.at(e))

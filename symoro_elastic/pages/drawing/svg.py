@@ -152,7 +152,7 @@ def _edges(outline: Array, labels: Sequence[Label]) -> tuple[float, float, float
 
 
 def _shape(part: Drawn) -> tuple[str, str]:
-    """Class and path of an area or a line."""
+    """Return the CSS classes and the SVG path of a drawn area or line."""
     path = "M" + " ".join(f"{_text(x)},{_text(y)}" for x, y in part.points.tolist())
     return (f"{part.role} s{part.shade}", f"{path}Z") if part.closed else (f"{part.role} line", path)
 
@@ -166,7 +166,7 @@ def _label(label: Label) -> dict[str, str]:
 def _legend(
     entries: Sequence[tuple[str, str]], left: float, right: float, bottom: float
 ) -> tuple[list[dict[str, str]], list[int]]:
-    """Places of the entries of the legend within the picture, and the rows."""
+    """Return the entries of the legend with their positions in the picture, and the numbers of its rows."""
     cells, x, row = [], left + MARGIN, 0
     for role, text in entries:
         if x + width(text) + 20 > right and x > left + MARGIN:
@@ -177,7 +177,7 @@ def _legend(
 
 
 def _style(picture: Picture, dark: bool) -> list[str]:
-    """Rules of the drawn roles."""
+    """Return the CSS rules for the roles that occur in a picture."""
     palette = DARK if dark else LIGHT
     rules = [f".label {{ fill: {palette.ink}; stroke: {palette.paper} }}", f".dot {{ fill: {palette.ink} }}"]
     rules += [f".leader {{ stroke: {palette.faint} }}", f".note {{ fill: {palette.faint} }}"]
@@ -245,7 +245,7 @@ def place_labels(texts: Sequence[str], anchors: Array, obstacles: Array) -> list
 
 
 def _best(text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Array) -> Label:
-    """The place of least cost; rings grow until one is free."""
+    """Return the label at the place of least cost; further rings are searched until a place is free."""
     label = _within(text, anchor, anchors, obstacles, labels, range(PLENTY))
     ring = PLENTY
     while label is None:
@@ -257,7 +257,7 @@ def _best(text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Ar
 def _within(
     text: str, anchor: Array, anchors: Array, obstacles: Array, labels: Array, rings: Sequence[int]
 ) -> Label | None:
-    """The first place of least cost in these rings; None if all are occupied."""
+    """Return the label at the first place of least cost in these rings; None if all places are occupied."""
     x, y, distance = _places(text, anchor, rings)
     boxes = np.stack([x, y - HEIGHT / 2, x + width(text), y + HEIGHT / 2], axis=1)
     free = np.flatnonzero(_free(boxes, anchors, labels))

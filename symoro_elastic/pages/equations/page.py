@@ -403,7 +403,7 @@ def with_links(content: Content, prefix: str) -> Content:
 
 
 def link_symbols(formula: str, defined: Mapping[str, str]) -> str:
-    """Return a formula in MathML whose symbols name the elements that define them; the outermost where they nest."""
+    """Return a formula in MathML whose symbols link to the elements that define them; the outermost symbols only."""
     parts, end = [], 0
     for start, stop in _elements(formula):
         if start >= end and (anchor := defined.get(formula[start:stop])):

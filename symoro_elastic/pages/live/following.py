@@ -31,7 +31,7 @@ Receive = Callable[[str, Any, str], None]
 
 
 class Following:
-    """The parts of the page of one file, by name, and the listeners for news of them."""
+    """The parts of the page of one file, by name, and the listeners that wait for changes of them."""
 
     def __init__(self, file: FollowedFile) -> None:
         self.file = file
@@ -143,7 +143,7 @@ class Following:
 
 @cache
 def _context() -> BaseContext:
-    """Processes forked from one that has imported `WARM`."""
+    """Return the context of processes forked from a server that has imported `WARM`; raises `InputError`."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         raise InputError("symoro-elastic", "live", "needs a POSIX system: write pages with symoro-elastic view")
     context = multiprocessing.get_context("forkserver")

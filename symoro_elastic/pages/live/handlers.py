@@ -99,7 +99,7 @@ def _file(name: str) -> str:
 
 
 class Handler(web.RequestHandler):
-    """Reject requests without the token or from another origin."""
+    """Base of request handlers: rejects requests without the token or from another origin."""
 
     def initialize(self, site: Site) -> None:
         """Store the served site."""
@@ -145,7 +145,7 @@ class Handler(web.RequestHandler):
 
 
 class Page(Handler):
-    """The page."""
+    """Handler of the page itself."""
 
     def get(self, _token: str) -> None:
         """Answer with the page."""

@@ -40,7 +40,7 @@ class Part:
 
 
 def is_toml(path: str) -> bool:
-    """Return whether the cells of a file can be written."""
+    """Return whether a file is TOML, by its suffix: only its cells can be written."""
     return path.lower().endswith(TOML.suffixes)
 
 
