@@ -168,7 +168,7 @@ def programs(
 
 @no_collection()
 def operation_counts(machine: Machine, scene: Scene) -> dict[str, tuple[OperationCount, OperationCount]]:
-    """Operations of the models of a scene, in a call and once for a parameter set; statements are not put in order.
+    """Operation counts of the models of a scene, per call and per parameter set; statements are not put in order.
 
     Raises `InputError`.
     """
@@ -268,7 +268,7 @@ def _code(machine: Machine, scene: Scene, form: Choice | None, targets: Sequence
 def _programs_with_guarantees(
     machine: Machine, scene: Scene, form: Choice | None, options: CodeOptions
 ) -> tuple[Traced, Package, Sequence[ReducedModel]]:
-    """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
+    """The programs of a scene, within its tolerances, and their package, with guarantees in its text if requested."""
     announce, precisions, progress = options.announce, options.precisions, options.progress
     if not scene.within:
         if not options.certify:
@@ -339,7 +339,7 @@ def report(package: Package, files: Files, precisions: Sequence[Precision], tool
 
 
 def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> tuple[Scene, Choice | None]:
-    """The scene with the form of the direct dynamic model, and the choice where it is the program's.
+    """The scene with the form of the direct dynamic model decided, and the choice if the program made it.
 
     Raises `InputError` where the inertia matrix is asked for and no model of the scene has forms.
     """
@@ -359,7 +359,7 @@ def _with_form(machine: Machine, scene: Scene, announce: Announce) -> tuple[Scen
 
 
 def by_recursion(scene: Scene) -> Scene:
-    """The scene without a choice of forms: errors of the recursion are bounded nearer, and its terms are forces."""
+    """The scene with the recursion if the form is open: its error bounds are closer, and its terms are forces."""
     return replace(scene, form=RECURSION) if scene.form == AUTO else scene
 
 

@@ -77,7 +77,7 @@ def evaluate_nodes(
     arithmetic: Arithmetic[Number],
     known_values: Mapping[int, Number] | None = None,
 ) -> Callable[[Scalar], Number]:
-    """As `evaluate`, for nodes in order, operands before their users: `reachable` finds them once for many values."""
+    """A function that returns the value of a node; `nodes` are in order, operands before users, as by `reachable`."""
     values, number, operations = dict(known_values or {}), arithmetic.number, arithmetic.operations
     for node in nodes:
         if node.id in values:

@@ -69,7 +69,7 @@ class Uses:
             self._of[node.operation].append(node)
 
     def of(self, *operations: str) -> list[Expression]:
-        """The nodes of some operations."""
+        """The nodes whose operation is one of these, in order."""
         nodes = [node for operation in operations for node in self._of[operation]]
         return sorted(nodes, key=attrgetter("id")) if len(operations) > 1 else nodes
 
@@ -106,7 +106,7 @@ class Recipe(Protocol):
     """Another way to compute a node."""
 
     def rebuilt(self, value: NewValues) -> Operand:
-        """The node, from the new values of older nodes."""
+        """The node computed again, from the new values of older nodes."""
 
 
 Recipes: TypeAlias = Mapping[int, Recipe]
@@ -271,7 +271,7 @@ class _Pairing:
         return set(combinations(sorted(self._bags[number]), 2))
 
     def _offer(self, number: int) -> None:
-        """Enter the pairs of a product that may still be carried out in more than one order."""
+        """Enter the pairs of a product that may be multiplied first, unless only one order remains."""
         pairs = self._pairs(number)
         if len(self._bags[number]) == 2:
             self._made |= pairs

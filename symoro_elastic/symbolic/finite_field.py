@@ -137,13 +137,13 @@ def _circle_point(t: int) -> Point:
 
 @cache
 def _free_point() -> Point:
-    """A point of order ELL."""
+    """A point of order ELL on the circle modulo PRIME."""
     return _power(_circle_point(3), (PRIME + 1) // ELL)
 
 
 @cache
 def _powers_of_free_point() -> list[Point]:
-    """P, 2 P, 4 P, 8 P ... of the point of order ELL."""
+    """The points P, 2 P, 4 P, 8 P ... of a point P of order ELL on the circle modulo PRIME."""
     powers = [_free_point()]
     while 1 << len(powers) < ELL:
         powers.append(_times(powers[-1], powers[-1]))
@@ -152,7 +152,7 @@ def _powers_of_free_point() -> list[Point]:
 
 @cache
 def _torsion_point() -> Point:
-    """A point of order TORSION, the image of 2 pi / TORSION."""
+    """A point of order TORSION on the circle modulo PRIME, the image of 2 pi / TORSION."""
     for t in range(2, 1000):
         point = _power(_circle_point(t), (PRIME + 1) // TORSION)
         if all(_power(point, TORSION // q) != (1, 0) for q in FACTORS):

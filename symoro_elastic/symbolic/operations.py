@@ -42,7 +42,7 @@ class Partials(NamedTuple):
         return total if self.denominator is None else total / self.denominator
 
     def back(self, weight: Value) -> tuple[Value, ...]:
-        """The contributions to the derivatives by all operands from the derivative `weight` by the result."""
+        """Contributions of a result to the derivatives by its operands, from the derivative `weight` by the result."""
         over = weight if self.denominator is None else weight / self.denominator
         return tuple(over if partial is ONE else partial * over for partial in self.numerators)
 
@@ -53,7 +53,7 @@ PartialsRule: TypeAlias = Callable[[Functions, Value, Sequence[Value]], Partials
 
 @dataclass(frozen=True)
 class Operation:
-    """A row: name, number of operands, kind of work that it is counted as, partial derivatives.
+    """A kind of operation: name, number of operands, kind of work that it is counted as, partial derivatives.
 
     `counted_as` is a field of `OperationCount`, or empty. Without `partials` the derivative is zero: steps, and
     functions of constants.

@@ -38,7 +38,7 @@ class OperationCount:
 
 
 class Section(NamedTuple):
-    """A stretch of a program: a joint's part of a recursion, with its equations."""
+    """A part of a program, such as a joint's part of a recursion, with its equations."""
 
     title: str
     joint: int | None = None
@@ -249,7 +249,7 @@ def _earliest(pruned: Pruned, own: Mapping[int, int], last: int) -> list[int]:
 
 
 def _assigned_nodes(pruned: Pruned) -> set[int]:
-    """Nodes that get a variable: named, shared, for the next level, or deep."""
+    """Nodes that get a variable: named, shared, needed at the next level, or nested too deeply."""
     labels, shared, constant = pruned.names.labels, _shared_nodes(pruned), Level.CONSTANT
     assigned: set[int] = set()
     depth = [0] * pruned.numbers

@@ -100,7 +100,7 @@ class _Congruence:
                 self._add(self._vector(tuple(x for x in nodes if x)))
 
     def _congruent(self, node: Expression, turn: int) -> Expression | None:
-        """The node without a lane that is nearest to the image of a node, so many lanes further; None without any."""
+        """The free node congruent to `node` moved by `turn` lanes, preferably with equal constants; None if none is."""
         if not turn:
             return node
         candidates = [x for x in self._by_shape.get(self._shape_of_image(node, turn), ()) if x.id not in self.lanes]
@@ -110,7 +110,7 @@ class _Congruence:
         )
 
     def _similar(self, node: Expression, turn: int) -> list[Expression]:
-        """Nodes with the operand that is a lane, and another one that is a number computed with other constants."""
+        """Free nodes that use the moved lane of `node`, and a number computed as in `node` but with other constants."""
         moving = [k for k, x in enumerate(node.needs) if x.id in self.lanes]
         if len(node.needs) < 2 or len(moving) > 1 or node.needs[1 - moving[0]].id not in self._independent:
             return []
@@ -120,11 +120,11 @@ class _Congruence:
         return [x for x in free if any(y.id in self._independent and _kind(y) == kind for y in x.needs)]
 
     def _shape_of_image(self, node: Expression, turn: int) -> Shape:
-        """The shape of the image of a node, so many lanes further."""
+        """The shape of a node whose operands are moved by `turn` lanes."""
         return _shape(node.operation, [self._image(x, turn) for x in node.operands])
 
     def _image(self, x: T, turn: int) -> T | Expression:
-        """The image of an operand, so many lanes further."""
+        """An operand moved by `turn` lanes; unchanged if it is in no lane."""
         lane = self.lanes.get(x.id) if isinstance(x, Expression) else None
         return lane.vector.nodes[(lane.number + turn) % lane.vector.width] if lane else x
 
@@ -160,7 +160,7 @@ class _Congruence:
         return (1, 0) if is_reversed else (0, 1)
 
     def _operand(self, column: tuple[Operand, ...], depth: int) -> Vector | Operand | tuple[Operand, ...]:
-        """An operand of a vector by its lanes."""
+        """An operand of a vector, from its `column` over the lanes: a common value, a vector, or a tuple of values."""
         nodes = [x for x in column if isinstance(x, Expression) and x.level > Level.CONSTANT]
         if len(nodes) < len(column):
             return column[0] if all(x is column[0] or x == column[0] for x in column) else column
@@ -187,7 +187,7 @@ def _kind(node: Expression) -> Shape:
 
 
 def _use(node: Expression, place: int, x: Operand) -> Shape:
-    """A use of an operand by an operation, whose place in sums and products does not matter."""
+    """The shape of a use of an operand; its position counts only in operations that are not symmetric."""
     is_symmetric = node.operation in (*SUMS, op.MULTIPLY)
     return (_shape(node.operation, ())[0], -1 if is_symmetric else place, x.id if isinstance(x, Expression) else -1)
 

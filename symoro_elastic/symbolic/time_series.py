@@ -25,7 +25,7 @@ Coefficients: TypeAlias = Sequence[Operand]
 
 
 class TimeSeries:
-    """Coefficients in time of expressions, from those of their variables; other symbols are constant.
+    """Taylor coefficients in time of expressions, from those of their variables; other symbols are constant.
 
     The sign of a velocity is taken to be constant. Shared nodes are followed once, as far as they are needed.
     """
@@ -50,7 +50,7 @@ class TimeSeries:
         return lambda k: 0 if k else x
 
     def _next(self, node: Expression, k: int, known: Coefficients) -> Operand:
-        """Coefficient k of a node whose operands have theirs."""
+        """Coefficient k of a node, from those of its operands."""
         if node.operation == op.SYMBOL:
             return operand(self.variables[node.operands[0]](k))
         if node.operation in (op.SIN, op.COS):
@@ -77,7 +77,7 @@ class TimeSeries:
 
 
 def _function(operation: str, x: Operand) -> Operand:
-    """Sine is odd, cosine even; an angle that is a constant stays one of the graph."""
+    """Sine or cosine with the sign of the angle taken out; an angle of a plain number is 0."""
     if isinstance(x, Expression) and x.operation == op.NEGATE:
         inner = x.graph.node(operation, x.operands[0])
         return -inner if operation == op.SIN else inner
@@ -102,13 +102,13 @@ def _square(k: int, x: Coefficient) -> Operand:
 
 
 def _quotient(graph: Graph, k: int, known: Coefficients, x: Coefficient, y: Coefficient) -> Operand:
-    """y z = x."""
+    """Coefficient k of the quotient z = x / y, from y z = x."""
     remainder = x(k) - _total(y(i) * known[k - i] for i in range(1, k + 1))
     return quotient(remainder, y(0))
 
 
 def _root(graph: Graph, k: int, known: Coefficients, x: Coefficient) -> Operand:
-    """z z = x."""
+    """Coefficient k of the square root z of x, from z z = x."""
     if k == 0:
         return graph.node(op.SQRT, x(0))
     remainder = x(k) - _total(known[i] * known[k - i] for i in range(1, k))
@@ -116,7 +116,7 @@ def _root(graph: Graph, k: int, known: Coefficients, x: Coefficient) -> Operand:
 
 
 def _angle(graph: Graph, k: int, known: Coefficients, y: Coefficient, x: Coefficient) -> Operand:
-    """(x x + y y) z' = x y' - y x'."""
+    """Coefficient k of z = atan2(y, x), from (x x + y y) z' = x y' - y x'."""
     if k == 0:
         return graph.node(op.ATAN2, y(0), x(0))
     turned = _total(i * (x(k - i) * y(i) - y(k - i) * x(i)) for i in range(1, k + 1))

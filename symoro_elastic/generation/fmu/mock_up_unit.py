@@ -95,7 +95,7 @@ def unit_of(machine: Machine, scene: Scene, options: Options, announce: Announce
 
 
 def _texts(machine: Machine, programs: Programs, start: Start, version: int) -> tuple[Files, str]:
-    """Return sources by name, and the description; both hold a token that is made of them."""
+    """Return the sources by name, and the description; both contain the token, a hash of them."""
     layout = layout_of(programs, start)
     structure = structure_of(programs, layout)
     sources = sources_of(programs, layout, start, version, PLACEHOLDER)
@@ -197,7 +197,7 @@ def _round_number(x: float) -> float:
 # Which unknowns of an FMU depend on which knowns: exactly what their equations hold.
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown and the references of what it depends on; `kinds` where it is linear in them, else empty."""
+    """An unknown of an FMU and the references of its knowns; `kinds` where it depends on them linearly, else empty."""
 
     reference: int
     knowns: tuple[int, ...]
@@ -260,7 +260,7 @@ def _symbol_references(root: Scalar, symbols: Mapping[str, frozenset[int]]) -> f
 
 
 def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]:
-    """Return the references of variables by symbol; those of what closes loops without closed form for q_dep.
+    """Return the references that symbols depend on; q_dep of loops without closed form has all that close them.
 
     Loads that friction rises with depend on all of them.
     """
@@ -296,7 +296,7 @@ def measures_loads(machine: Machine) -> bool:
 
 
 def with_loads(machine: Machine, restricted: Machine, q: Mapping[int, float]) -> Machine:
-    """Return a machine with the positions that its drives measure at loads, about q, by joint, of the restricted one.
+    """Return a machine with the load positions that its drives measure, linearized about q, by joint of `restricted`.
 
     Raises `InputError` for signals that are not such positions.
     """

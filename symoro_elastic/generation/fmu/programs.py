@@ -68,7 +68,7 @@ class NamedCell:
 
 @dataclass(frozen=True)
 class Programs:
-    """The functions of a machine as an FMU needs them.
+    """The functions of a machine that an FMU needs.
 
     `machine` is the one restricted to the scene, `cells` are those of its table that became parameters, by their names,
     `traces` those of accelerations and of outputs, `models` all that are written. `sampling` is that of sampled drives.
@@ -159,7 +159,7 @@ def with_parameters(machine: Machine) -> Machine:
 
 
 def method_of(machine: Machine) -> Method:
-    """Return the method of co-simulation: exact derivatives where motors own their variables, and no others are."""
+    """Return the method of co-simulation: exact derivatives unless friction, drives or dependent motors prevent it."""
     has_states = machine.bristles or machine.loaded or given_of(machine)[0] is not Given.TORQUES
     return METHODS[WITH_STIFFNESSES if has_states or dependent_motors(machine) else WITH_DERIVATIVES]
 
@@ -303,7 +303,7 @@ def given_of(machine: Machine) -> tuple[Given, tuple[str, ...]]:
 
 
 def _without_states(machine: Machine) -> Iterator[tuple[str, str]]:
-    """Yield motors and keys of drives that alone keep a machine from a model with drives."""
+    """Yield motor and key of each setting of a drive that by itself rules out a model with drives."""
     described = DescribedMachine.of(machine)
     for name, drive in drives_of(machine).by_motor.items():
         for field in fields(Drive):

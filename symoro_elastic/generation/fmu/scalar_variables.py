@@ -41,7 +41,7 @@ class Variable:
 
     @property
     def shown_in(self) -> str:
-        """The unit in which tools show it, where that is another."""
+        """The unit that tools display, where it is another one: deg for rad; else empty."""
         return "deg" if self.unit == "rad" else ""
 
 

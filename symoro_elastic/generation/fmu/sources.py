@@ -56,7 +56,7 @@ class _Constants:
 
 
 def sources_of(programs: Programs, layout: Layout, start: Start, version: int, token: str) -> Files:
-    """Return the sources of an FMU by name; `token` is what its description calls it by."""
+    """Return the sources of an FMU by name; `token` is the identifier in its description."""
     text = c_text(programs.package)
     return {**files_of(text), interface_file(version): _interface(programs, text, layout, start, version, token)}
 
@@ -111,7 +111,7 @@ def _interface(programs: Programs, text: SourceText, layout: Layout, start: Star
 
 
 def _of_inputs(programs: Programs, functions: Mapping[str, Function]) -> dict[str, Any]:
-    """Return what templates are given of inputs, in rows of motors, and of samples: `fed` is where torques begin."""
+    """Return the template data on inputs, in rows of motors, and on samples; `fed` is the index where torques begin."""
     package, rows, sampling = programs.package, list(programs.inputs.values()), programs.sampling
     return {
         "motors": len(package.motor_names),
@@ -126,7 +126,7 @@ def _of_inputs(programs: Programs, functions: Mapping[str, Function]) -> dict[st
 
 
 def _constants(text: SourceText, package: Package) -> list[_Constants]:
-    """Return the arrays of what depends on parameters only, of functions that are called and of time steps."""
+    """Return the arrays of constants that depend on parameters, of functions that are called and of time steps."""
     by_name = {function.name.removeprefix(f"{package.name}_"): function for function in text.functions}
     called = [(name, by_name[name]) for name in (*CALLED, *OF_SAMPLES) if name in by_name]
     arrays = [

@@ -103,7 +103,7 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
 
 
 def _torques(machine: Machine, M: Array, positions: Array, rates: Array, state: State) -> Array:
-    """Return natural sizes of the torques of motors: those of their own inertia, at least the static torques."""
+    """Return nominal torques of the motors: those that accelerate their own inertia, at least the static torques."""
     entries = {j: k for k, j in enumerate(machine.independent)}
     own = [
         abs(M[entries[j], entries[j]]) * positions[entries[j]] * rates[entries[j]] ** 2 if j in entries else 1.0
@@ -113,7 +113,7 @@ def _torques(machine: Machine, M: Array, positions: Array, rates: Array, state: 
 
 
 def _with_states(machine: Machine, start: Start, own: Mapping[int, float], natural: Array) -> Start:
-    """Return the start with the states of friction, which is bent nowhere, and of drives."""
+    """Return the start with the states of friction, undeflected, and of drives."""
     bent = machine.largest_deflections
     if not bent and given_of(machine)[0] is Given.TORQUES:
         return start
@@ -148,7 +148,7 @@ def _turns_near_start(motion: EquationsOfMotion, state: State, q_start: Array) -
 
 
 def _is_shared(motion: EquationsOfMotion, k: int) -> bool:
-    """Return whether other joints depend on a variable, by a ratio, so that a further turn would move them."""
+    """Return whether other joints depend on a joint's variable, so that a full turn of it would move them."""
     moving = motion.joints[k]
     return any(
         str(moving.variable) in joint.selected.names for joint in motion.machine.joints if joint.name != moving.name
@@ -168,7 +168,7 @@ def _elsewhere(motion: EquationsOfMotion, state: State, at: Mapping[str, float])
 
 
 def _natural(motion: EquationsOfMotion, matrices: tuple[Array, Array], size: float, g: float) -> tuple[Array, Array]:
-    """Return natural sizes of positions, rad or m, and rates of their motions, rad/s.
+    """Return nominal sizes of positions, rad or m, and nominal rates of their motions, rad/s.
 
     A spring deflects by what its load does to it under an acceleration of g, or g over the size of the machine for
     turns; other joints turn by a radian or go as far as the machine is large, at the rate of a pendulum of this size.
@@ -194,7 +194,7 @@ def _size(motion: EquationsOfMotion) -> float:
 
 
 class AtRest:
-    """Rates and torques of a machine at rest at q (n,), its motors at x (m,), by states z of its drives and torques."""
+    """Rates and torques of a machine at rest at q (n,), motors at x (m,), as functions of states z and torques."""
 
     def __init__(self, machine: Machine, q: Mapping[int, float], x: Array) -> None:
         bound = Bound(machine)
@@ -232,7 +232,7 @@ class AtRest:
         return z, bool(np.abs(off).max() <= SOLVED * max(np.abs(required).max(), np.abs(rows * goal).max()))
 
     def _values(self, z: Array, fed: Array) -> Array:
-        """Return zd of drives, then tau_m."""
+        """Return the rates zd of the states of drives, then the torques tau_m, at states z."""
         symbols = self._symbols | dict(zip(self._inputs.get("z", ()), z.tolist(), strict=True))
         symbols |= dict(zip(self._inputs["tau"], fed.tolist(), strict=True))
         return values_along(self._roots, symbols, 1)[:, 0]

@@ -43,7 +43,7 @@ LONGER = "its derivatives need more operations than are omitted"
 
 
 class NoEnergyForm(ValueError):
-    """A model is not given by energies here."""
+    """Raised where energies do not give a model."""
 
 
 Prove = Callable[[Subject], ErrorBound]
@@ -62,7 +62,7 @@ class FullModel:
 
     @property
     def program(self) -> Program:
-        """Its program."""
+        """The program of the full model."""
         return self.subject.function.program
 
     def box(self, other: Program, used: Set[str]) -> Box:
@@ -89,7 +89,7 @@ def from_energies(full: FullModel, required: Requirements, prove: Prove | None) 
 
 
 def _form(traced: Traced, model: TracedModel, program: Program) -> EnergyForm:
-    """A and V of a machine; raises `NoEnergyForm` where its model is another one than they give."""
+    """A and V of a machine; raises `NoEnergyForm` where they do not give its model."""
     if model.model.name not in OFFERED or not model.whole:
         raise NoEnergyForm(f"is kept of {' and '.join(OFFERED)} with all joints")
     if not has_energy_form(traced.machine):
@@ -129,7 +129,7 @@ def _inertia(form: EnergyForm, switches: SwitchedProgram) -> Program:
 def _result(
     form: EnergyForm, model: TracedModel, switches: SwitchedProgram, reduction: Reduction, program: Program
 ) -> Reduction:
-    """The reduction of the program of a model, as A and V with these switches off give it."""
+    """The reduction of a model whose reduced program is derived from A and V without the omitted terms."""
     off = [change.term for change in reduction.left_out]
     outputs = switches.without(off)
     names = form.names.moved(switches.values_without(off))

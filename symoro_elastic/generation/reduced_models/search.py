@@ -175,7 +175,7 @@ class _Search:
         return reports
 
     def _full(self, traced: Traced, model: TracedModel, function: Function) -> FullModel:
-        """A model, and the function with which terms are searched; they are left out in exact arithmetic."""
+        """A full model with its tolerances, and the function whose terms are searched, in exact arithmetic."""
         in_fixed = self.roundings[0] is FIXED_ROUNDING
         rounding = ROUNDINGS["double"] if in_fixed else self.roundings[0]
         subject = subject_of(traced, _physical(self.machine), self.machine.limits, function, rounding)
@@ -210,7 +210,7 @@ class _Search:
         return _ReducedProgram(replace(full.model, program=reduction.reduced), reduction)
 
     def _solved_exactly(self, full: FullModel, required: Requirements) -> _ReducedProgram | None:
-        """Terms left out of the inverse model, which is solved exactly; None where nothing is proven of that, too."""
+        """Omit terms of the inverse model, and solve it exactly; None if none can be omitted, or nothing is proven."""
         solution = solved_direct(full, required, self._prove)
         if not solution or not solution[0].reduction.left_out:
             return None
