@@ -39,11 +39,11 @@ class InputError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return class, text and attributes, for other processes."""
-        return _again, (type(self), str(self), self.__dict__)
+        return _restored_error, (type(self), str(self), self.__dict__)
 
 
-def _again(kind: type[InputError], text: str, attributes: Mapping[str, Any]) -> InputError:
-    """Return an unpickled error."""
+def _restored_error(kind: type[InputError], text: str, attributes: Mapping[str, Any]) -> InputError:
+    """Return an error restored from a pickle."""
     error = kind.__new__(kind, text)
     error.__dict__.update(attributes)
     return error
@@ -51,7 +51,7 @@ def _again(kind: type[InputError], text: str, attributes: Mapping[str, Any]) -> 
 
 @contextmanager
 def reported_places(places: Mapping[str, str]) -> Iterator[None]:
-    """Within this block, errors report the typed place instead of a key of `places` that theirs begins with."""
+    """Within this block, an `InputError` at a key of `places`, or below it, reports the value: the place as typed."""
     try:
         yield
     except InputError as error:
@@ -63,7 +63,7 @@ def reported_places(places: Mapping[str, str]) -> Iterator[None]:
 
 @contextmanager
 def refusing(source: str, place: str, before: str = "", kind: type[Exception] = ValueError) -> Iterator[None]:
-    """Within this block, errors of a kind, as those of formulas and units, are `InputError`s of a place."""
+    """Within this block, errors of `kind`, such as those of formulas and units, become `InputError`s at a place."""
     try:
         yield
     except kind as error:

@@ -91,7 +91,7 @@ def kind_of_file(status: os.stat_result) -> str:
 
 
 def shipped_folder(name: str, holding: str) -> Path:
-    """Return a folder of the package that contains another one; raises `FileNotFoundError`."""
+    """Return the folder `name` of the package, which contains a folder `holding`; raises `FileNotFoundError`."""
     places = (PACKAGE / name, PACKAGE.parent / name)
     for place in places:
         if (place / holding).is_dir():

@@ -85,11 +85,11 @@ class Figures(Mapping[str, Any]):
         self.left_out = {name: reason for name, reason in plots.items() if isinstance(reason, str)}
 
     def __getitem__(self, name: str) -> Any:
-        """Return a new figure."""
+        """Return a new figure of the plot of this name."""
         return self._plots[name].figure()
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the names."""
+        """Yield the names of the figures."""
         return iter(self._plots)
 
     def __len__(self) -> int:

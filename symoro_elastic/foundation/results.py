@@ -77,7 +77,7 @@ class Field:
     rows: type | None = None
 
     def of(self, result: Any) -> Any:
-        """Return the value of a result."""
+        """Return the value of this field in a result."""
         return self.value(result) if callable(self.value) else attrgetter(self.value or self.name)(result)
 
     @property
@@ -86,7 +86,7 @@ class Field:
         return f"{self.head}, {self.unit}" if self.unit else self.head or ""
 
     def cell(self, result: Any) -> str:
-        """Return the value's text in a table: a dash for an unknown one."""
+        """Return the text of this field in a table: a dash for an unknown value."""
         if self.text:
             return self.text(result)
         x = self.of(result)

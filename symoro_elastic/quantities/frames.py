@@ -8,6 +8,6 @@ OF_FILES = (JOINT, LINK, SITE)
 
 
 def kind_and_name(text: str) -> tuple[str, str]:
-    """Return the kind before the name of a frame, empty without one, and the name."""
+    """Return the kind and the name in a text such as `link tool`; the kind is empty without one."""
     what, _, name = map(str.strip, text.partition(" "))
     return (what, name) if what in OF_FILES and name else ("", text)

@@ -12,7 +12,7 @@ from symoro_elastic.quantities.units import PairUnit, Unit
 
 
 class Role(Enum):
-    """Role of a quantity in generated code; a column is a variable of derivatives."""
+    """Role of a quantity in generated code; `COLUMN` is a variable that derivatives are taken by."""
 
     ARGUMENT = "argument"
     RESULT = "result"
@@ -96,12 +96,12 @@ class Quantity:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """What each axis counts."""
+        """Lengths of the axes in the shape, such as `n` (moving joints) and `6`."""
         return tuple(self.shape.split(" x "))
 
     @property
     def follows(self) -> str:
-        """What entries of an argument belong to: the letter of joints or frames that a shape begins with, or none."""
+        """The letter of the first axis if it counts joints or frames, such as `n` or `w`; empty for a fixed length."""
         return self.axes[0] if self.axes[0] in ("n", "m", "d", "s", "w", "b", "l") else ""
 
 
@@ -193,7 +193,7 @@ def derivative(of: Quantity, by: Quantity, note: str = "") -> Quantity:
 
 
 def _with_space(quantity: Quantity) -> str:
-    """The symbol as it may follow a command of LaTeX."""
+    """LaTeX of a quantity that may follow a command: with a space before a letter, without one before a backslash."""
     return quantity.letter if quantity.letter.startswith("\\") else f" {quantity.letter}"
 
 

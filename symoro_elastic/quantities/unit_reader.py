@@ -99,7 +99,7 @@ class ScaledUnit:
 
     @property
     def as_group(self) -> ScaledUnit:
-        """It as a group: where it is of times alone, a rate of turns by minutes, else one of turns or radians."""
+        """This unit as a group: of times alone, a rate per minute counts turns, another rate turns or radians."""
         if not self.times:
             return self
         is_rate, by_minutes = self.si.get("s", 0) < 0, not self.times.isdisjoint(MINUTES)
@@ -287,7 +287,7 @@ class _Reader:
         return UnitError(f"{_in_quotes(self.given)} is not a product of known units, such as N m/rad")
 
     def sign(self, wanted: str) -> str:
-        """Pass over a sign, if it is a wanted one, with the spaces about it."""
+        """Read a sign that is one of `wanted`, with the spaces about it, and return it; empty for another one."""
         match = _SIGN.match(self.text, self.position)
         if match is None or not match[1] or match[1][0] not in wanted:
             return ""
@@ -339,7 +339,7 @@ def _in_quotes(text: str) -> str:
 
 @lru_cache(maxsize=4096)
 def readings(text: str) -> tuple[ScaledUnit, ...]:
-    """Return what a unit may mean: with words for masses as masses, and as weights where that is something else.
+    """Return the possible meanings of a unit: one, or two where lb and the like are masses or weights.
 
     Raises `UnitError`.
     """
@@ -358,7 +358,7 @@ def is_unit(text: str, needed: str | None = None) -> bool:
 
 
 def read_unit(text: str) -> ScaledUnit:
-    """Return a unit where none is needed; raises `UnitError` for one that is not known, or has two meanings."""
+    """Return a unit of any dimension; raises `UnitError` for one that is not known, or has two meanings."""
     unit, *alternatives = readings(text)
     if alternatives and re.search("lb|oz|pound|ounce", text):
         raise UnitError(f"{_in_quotes(text)} may be a mass or a force: write lbf or ozf, lbm or ozm")
@@ -370,7 +370,7 @@ def read_unit(text: str) -> ScaledUnit:
 
 
 def conversion(text: str, needed: str, number: str = "") -> ScaledUnit:
-    """Return the factor from a unit to the needed one, or to that of several ("rad or m") which is of its dimension.
+    """Return the factor from a unit to the needed one; of several ("rad or m"), to the one of its dimension.
 
     Raises `UnitError`, with the `number` that has the unit.
     """

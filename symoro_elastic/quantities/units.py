@@ -24,12 +24,12 @@ class Unit:
 
     @property
     def text(self) -> str:
-        """`rad/s or m/s`; one unit where both are the same."""
+        """The unit for any joint, `rad/s or m/s`; one unit where both are the same."""
         return " or ".join(dict.fromkeys((self.angular, self.linear)))
 
     @property
     def screw(self) -> str:
-        """`m/s and rad/s`: in the order of components, linear ones first."""
+        """The units of a screw in the order of its components, linear ones first: `m/s and rad/s`."""
         return f"{self.linear} and {self.angular}"
 
     def __truediv__(self, other: Unit) -> PairUnit:
@@ -57,7 +57,7 @@ class PairUnit:
 
     @property
     def text(self) -> str:
-        """`kg m2, kg m or kg`."""
+        """The different units of the entries in words: `kg m2, kg m or kg`."""
         *first, last = dict.fromkeys(self._all)
         return f"{', '.join(first)} or {last}" if first else last
 
@@ -87,7 +87,7 @@ MICRO = 1e6
 
 
 def in_micro(unit: str) -> tuple[float, str]:
-    """Return the factor and the unit in which a response is shown: um / N for compliances, else its own."""
+    """Return the factor and the unit in which a response is shown: um / N for compliances, else the unit itself."""
     over, _, under = unit.partition(" / ")
     is_compliance = over in ("m", "rad") and under.strip("()") in ("N", "N m")
     return (MICRO, f"u{unit}") if is_compliance else (1.0, unit)
