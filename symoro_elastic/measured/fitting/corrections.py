@@ -1,7 +1,7 @@
 """Which correction of data explains what a model does not: one search over rows, and one criterion.
 
 A row undoes a usual mistake. Rows are screened by their distance from the model at known values, the nearest are
-refitted, and a row is names_of if the model explains the data with it, and far better than without it.
+refitted, and a row is named if the model explains the data with it, and far better than without it.
 """
 
 from __future__ import annotations

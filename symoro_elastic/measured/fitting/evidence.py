@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.measured.fitting.estimates import largest_of_chance
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.measured.fitting.estimates import ALARM
 
 STEP = 1e-5  # of unknowns, for central differences: of a cubic they are off by STEP^2
 ROUNDING = 1e-13  # of the largest eigenvalue of correlations: smaller ones are rounding
@@ -68,6 +68,6 @@ def information_root(covariance: Array) -> Array:
 
 
 def largest_chi2(freedom: float) -> float:
-    """Return what a mean square of noise exceeds once in a thousand, by degrees of freedom (Wilson and Hilferty)."""
-    spread = 2 / (9 * max(freedom, 1.0))
-    return float((1 - spread + largest_of_chance() * math.sqrt(spread)) ** 3)
+    """Return what a mean square of noise exceeds once in a thousand, by degrees of freedom, at least one."""
+    freedom = max(freedom, 1.0)
+    return float(for_vibrations("scipy.special").chdtri(freedom, ALARM)) / freedom
