@@ -81,12 +81,12 @@ class Branch:
         return Branch(self.of, np.insert(self.frequencies, at, more), np.insert(self.values, at, self.at(more)))
 
     def with_extreme(self, period: Array, sign: float) -> Branch:
-        """Return three neighbours of a branch, and the frequency among them where `waves` times a sign peaks."""
+        """Return the branch with a frequency added at which `sign` times `waves` peaks among its three frequencies."""
         _, place = refined_minimum(lambda f: -sign * self.waves(f, self.at(f), period), self.frequencies, 1)
         return self if place in self.frequencies else self.with_more(np.array([place]))
 
     def waves(self, f: Array, values: ComplexArray, periods: Array) -> Array:
-        """Return w T/(2 pi) - a/pi - 1/2, an integer at a border, for values at frequencies."""
+        """Return w T/(2 pi) - arg(-L)/pi - 1/2 of eigenvalues L at frequencies; it is an integer at a border."""
         return np.asarray(f * periods - np.angle(-values) / np.pi - 0.5)
 
 
@@ -123,7 +123,7 @@ def _cubic(f: Array, values: ComplexArray, k: IndexArray, at: Array) -> ComplexA
 
 
 def track_eigenvalues(values: ComplexArray) -> ComplexArray:
-    """Return eigenvalues (frequencies, m), m one or two, in the order in which each of them changes least."""
+    """Return eigenvalues (frequencies, m), m <= 2, swapped so that each changes least between frequencies."""
     if values.shape[1] == 1:
         return values
     same, crossed = (np.abs(values[1:] - values[:-1, order]).sum(axis=1) for order in ([0, 1], [1, 0]))
@@ -149,7 +149,7 @@ class _Crossings(NamedTuple):
 
 
 def _crossings(branch: Branch, periods: Array) -> _Crossings:
-    """Return the borders of a branch, of several between two frequencies the one next to the lower Re L."""
+    """Return the borders of a branch; of several between two frequencies, the one at the lower Re L."""
     x, waves = branch.values.real, branch.waves(branch.frequencies, branch.values, periods[:, None])
     is_left = x[:-1] <= x[1:]
     start, end = np.where(is_left, waves[:, :-1], waves[:, 1:]), np.where(is_left, waves[:, 1:], waves[:, :-1])

@@ -38,7 +38,7 @@ def laplace(frequencies: Array | ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class Biquad:
-    """(s^2 + 2 a w s + w^2)/(s^2 + 2 b w s + w^2), or without s^2 and s above where it is `low`; w = 2 pi f."""
+    """Filter (s^2 + 2 a w s + w^2)/(s^2 + 2 b w s + w^2), if `low` without s^2 and a s in the numerator; w = 2 pi f."""
 
     name: str
     frequency: float
@@ -48,7 +48,7 @@ class Biquad:
 
     @property
     def time(self) -> float:
-        """Its time, 1/w, s."""
+        """Time constant 1/w, s."""
         return 1 / self.w
 
     @property
@@ -62,7 +62,7 @@ class Biquad:
 
     @property
     def labels(self) -> dict[str, str]:
-        """Names of its numbers, by field."""
+        """Names of the filter's numbers, by field."""
         widths = {} if self.low else {"above": f"depth of the {self.name}", "below": f"width of the {self.name}"}
         return {"frequency": self.name, **widths}
 
@@ -84,7 +84,7 @@ class Timed:
 
     @property
     def labels(self) -> dict[str, str]:
-        """The name of its time, by field."""
+        """Name of the element's time, by field."""
         return {"time": self.name}
 
 
@@ -138,7 +138,7 @@ class CurrentLoop:
 
 
 class DeadTime(Timed):
-    """e^(-s Td)."""
+    """Dead time, e^(-s Td)."""
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """Return the frequency response at s."""
@@ -146,7 +146,7 @@ class DeadTime(Timed):
 
 
 class Hold(Timed):
-    """(1 - e^(-s T))/(s T): a torque that is held over a period."""
+    """Zero-order hold of the torque over a period T, (1 - e^(-s T))/(s T)."""
 
     def at(self, s: ComplexArray) -> ComplexArray:
         """Return the frequency response at s."""
@@ -217,7 +217,7 @@ class Cascade:
         return min(self.torque_limit, self.voltage_limit) < np.inf
 
     def with_gains(self, **gains: float) -> Cascade:
-        """Return the cascade with other gains, which do not depend on parameters."""
+        """Return the cascade with these gains in place of its own; they do not depend on parameters."""
         changes: dict[str, Any] = {**gains}
         replaced = {(GAIN, key) for key in gains}
         by_parameter = {p: {x: y for x, y in by.items() if x not in replaced} for p, by in self.by_parameter.items()}
@@ -225,7 +225,7 @@ class Cascade:
 
     @property
     def current(self) -> CurrentLoop | None:
-        """Its current loop, the last of its path; None where that is a lag."""
+        """Current loop of the drive, the last element of its torque path; None where a lag replaces it."""
         last = self.path[-1] if self.path else None
         return last if isinstance(last, CurrentLoop) else None
 
@@ -237,14 +237,14 @@ class Cascade:
         return Cascade(self.motor, 0.0, 0.0, np.inf, self.path[-1:], 0.0, by_parameter=by) if self.current else None
 
     def path_at(self, s: ComplexArray) -> ComplexArray:
-        """Return P(s)."""
+        """Return P(s), the response of the torque path."""
         response = np.ones_like(s)
         for element in self.path:
             response = response * element.at(s)
         return response
 
     def integral(self, s: ComplexArray) -> ComplexArray:
-        """Return 1 + 1/(Tn s)."""
+        """Return the integral part 1 + 1/(Tn s) of the controller."""
         return 1 + (1 / self.Tn) / s
 
     def controller(self, s: ComplexArray) -> ComplexArray:
@@ -270,7 +270,7 @@ class Cascade:
 
     @property
     def names(self) -> dict[str, str]:
-        """Names of parameters of the file in `slopes`, by the parameter's own name.
+        """Labels in `slopes` of the parameters of the file, by the parameter's name.
 
         A number of the drive, motor.place, has the name of the last number that it makes.
         """
@@ -285,7 +285,7 @@ class Cascade:
 
     @property
     def repeated_names(self) -> set[str]:
-        """Names in `slopes` of numbers that equal a parameter of the file, which is counted itself."""
+        """Labels in `slopes` of drive numbers set by a parameter of the file, under whose label they already appear."""
         labels = {self._label(number) for by in self.by_parameter.values() for number in by}
         return labels - {*self.names.values()}
 

@@ -103,5 +103,5 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
 
 
 def linear_law(drive: Cascade, of_delay: int = 1) -> DriveLaw:
-    """Return the law of a drive without limits and without the filter of its set point."""
+    """Return the linear law of a drive, which omits its limits and the filter of its set point."""
     return law_of(replace(drive, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)

@@ -108,7 +108,7 @@ class AxisControl:
 
     @property
     def motor(self) -> str:
-        """Name of its joint."""
+        """Name of the axis's motor joint."""
         return self.joint.name
 
 

@@ -77,7 +77,7 @@ class Cut:
         return PER_TURN / (self.teeth * speed)
 
     def factors(self, intervals: int = 1) -> Array:
-        """Return the means of W (intervals, m, m) over equal intervals of the tooth period, which begins at phi = 0."""
+        """Return means (intervals, m, m) of the cutting matrix W over equal parts of a tooth period from phi = 0."""
         if not self.milling:
             return np.full((intervals, 1, 1), -1.0)
         pitch = 2 * np.pi / self.teeth

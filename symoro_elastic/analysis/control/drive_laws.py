@@ -83,7 +83,7 @@ class DriveLaw:
 
 
 class _Wiring:
-    """Signals as rows over states, inputs and sigma; rates of the states."""
+    """Assembly of a drive law: signals as rows over states, inputs and limit excesses; rates of the states."""
 
     def __init__(self, states: int) -> None:
         self.states, self.used = states, 0
@@ -92,7 +92,7 @@ class _Wiring:
         self.inputs, self.beyond = signals[: len(INPUTS)], signals[len(INPUTS) :]
 
     def through(self, system: System, signal: Array) -> Array:
-        """Return the output signal of a system."""
+        """Append a system driven by a signal; return its output as a row."""
         own = slice(self.used, self.used + len(system.A))
         self.used = own.stop
         self.rates[own] = np.outer(system.B, signal)
@@ -113,7 +113,7 @@ class _Wiring:
         return tau, voltage
 
     def law(self, tau: Array, f: Array, voltage: Array, limits: Array, steady: Array, sizes: Array) -> DriveLaw:
-        """Return the law whose outputs are these signals."""
+        """Return the drive law with torque `tau`, limited signals `f` and `voltage`, and its limits."""
         n, m = self.states, self.states + len(INPUTS)
         judged = np.array([f, voltage])
         return DriveLaw(

@@ -40,7 +40,7 @@ SLOW = 0.02
 
 @dataclass(frozen=True)
 class OpenAxis:
-    """One axis of a plant without its drive, those of `others` closed; `fastest` is its drive's least time constant, s.
+    """An axis of a plant with its drive open, those of `others` closed; `fastest` is the open drive's least time, s.
 
     `idle` is its own current controller, which answers to the back-EMF where no torque is wanted.
     """
@@ -106,12 +106,12 @@ class AxisLoops:
 
     @property
     def plant(self) -> Plant:
-        """The machine."""
+        """Plant of the axis, the machine at one position."""
         return self.open.plant
 
     @property
     def others(self) -> tuple[Cascade, ...]:
-        """The drives of other axes that are closed."""
+        """Drives of the other axes, whose loops are closed."""
         return self.open.others
 
     @property

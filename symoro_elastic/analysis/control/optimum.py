@@ -142,19 +142,19 @@ class _Responses:
 
 @dataclass(frozen=True)
 class _Closed:
-    """Drives around responses: rows of T, and their slopes by gains."""
+    """Drives that close loops on the responses: rows of the return difference minus 1, T, and slopes by gains."""
 
     of: _Responses
     cascades: tuple[Cascade, ...]
 
     @cached_property
     def s(self) -> ComplexArray:
-        """2 pi i f."""
+        """Laplace variable s = 2 pi i f at the frequencies."""
         return laplace(self.of.frequencies)
 
     @cached_property
     def parts(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Rows (F, m, m + o), torques of motors and forces at outputs: C Kv P, C s V, s Y V."""
+        """Rows (F, m, m + o) of position, velocity and current feedback: C Kv P, C s V, s Y V."""
         s = self.s
         C = np.stack([cascade.controller(s) for cascade in self.cascades], axis=1)[:, :, None]
         none = np.zeros_like(s)
@@ -166,7 +166,7 @@ class _Closed:
         return C * Kv * P, C * V, Y * V
 
     def rows(self, axis: int | None = None, without: str = "") -> ComplexArray:
-        """Return T and T_t (F, m, m + o); in the row of an axis `without` "Kv", or "C"."""
+        """Return T and T_t (F, m, m + o), the row of an axis without its position loop ("Kv") or controller ("C")."""
         by_position, by_velocity, by_current = self.parts
         rows: ComplexArray = by_position + by_velocity + by_current
         if axis is not None:
@@ -175,7 +175,7 @@ class _Closed:
         return np.asarray(rows - self.of.return_matrix)
 
     def changes(self, axis: int, key: str, without: str = "") -> ComplexArray:
-        """Return dT and dT_t (F, m + o), the row of an axis, by the logarithm of one of its gains, 1/Tn for Tn.
+        """Return d(T, T_t)/d ln g (F, m + o), the row of an axis by one of its gains g: Kp, Kv or 1/Tn.
 
         The row is `without` "Kv", or without "C".
         """
@@ -193,7 +193,7 @@ class _Closed:
         return len(self.cascades)
 
     def matrix(self, axis: int | None = None, without: str = "") -> ComplexArray:
-        """Return 1 + T (F, m, m)."""
+        """Return the return difference 1 + T (F, m, m)."""
         return np.asarray(np.eye(self.m) + self.rows(axis, without)[:, :, : self.m])
 
     def distance(self, axis: int, loop: str) -> Array:
@@ -206,7 +206,7 @@ class _Closed:
         return (self.matrix(), inner) if loop == "position" else (inner, self.matrix(axis, "C"))
 
     def distance_slopes(self, axis: int, loop: str, keys: Sequence[tuple[int, str]]) -> Array:
-        """Return the slopes (F, gains) of `distance`."""
+        """Return the slopes (F, gains) of `distance` by the logarithms of gains."""
         inverses = [np.linalg.inv(matrix) for matrix in self._determinants(axis, loop)]
         left_out = ("", "Kv") if loop == "position" else ("Kv", "C")
         slopes = np.zeros((len(self.s), len(keys)))
@@ -226,7 +226,7 @@ class _Closed:
         return np.asarray(np.linalg.solve(self.matrix(), right)[:, :, 0], dtype=complex)
 
     def compliance_slopes(self, output: int, keys: Sequence[tuple[int, str]]) -> Array:
-        """Return the slopes (F, gains) of ln |compliance|."""
+        """Return the slopes (F, gains) of ln |compliance| by the logarithms of gains."""
         pushed, here = self._motor_torques(output), self.compliance(output)
         adjoint = np.linalg.solve(self.matrix().transpose(0, 2, 1), self.of.G_tm[:, output, :, None])[:, :, 0]
         slopes = np.zeros((len(self.s), len(keys)))
@@ -275,7 +275,7 @@ class _Search:
         return float(np.log(getattr(self.distances, loop)))
 
     def _rows(self, drives: tuple[Cascade, ...]) -> list[tuple[_Closed, list[Array], list[Array]]]:
-        """Return each position with ln distances over required ones, and ln compliances, all (F,)."""
+        """Return for each position the closed loops, ln distances over required ones, and ln compliances, all (F,)."""
         rows = []
         for responses in self.responses:
             closed = _Closed(responses, drives)
@@ -371,7 +371,7 @@ class _Search:
         return is_refined
 
     def _between(self, frequencies: Array, values: Array, of: Callable[[Array], Array]) -> list[float]:
-        """Return the frequency of the least value between frequencies, if it is lower than the values there."""
+        """Return the frequency of the refined minimum of `of`, if it is lower than all `values` at `frequencies`."""
         k = int(values.argmin())
         lowest, place = refined_minimum(of, frequencies, k)
         return [place] if lowest < values[k] - MET else []

@@ -42,7 +42,7 @@ class Axis:
 
 
 class Row(NamedTuple):
-    """A row (n,) of a signal or along which a force acts, and its derivatives (p, n) by parameters."""
+    """A row (n,) that maps q to a signal or a force to the coordinates, and its derivatives (p, n) by parameters."""
 
     values: Array | ComplexArray
     slopes: Array | ComplexArray
@@ -151,7 +151,7 @@ class Plant:
         return totals
 
     def _of_held(self, Z: ComplexArray, adjoint: ComplexArray, x: ComplexArray, ends: Ends) -> ComplexArray:
-        """Return the contribution of locked motors' rows V, V x = 0, by parameter.
+        """Return the contribution of the locked motors' rows V, for which V x = 0, to the slopes by parameter.
 
         V^T a = force - Z x are their torques, V^T b = row - Z^T left those of the adjoint problem.
         """

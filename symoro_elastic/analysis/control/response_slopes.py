@@ -23,7 +23,7 @@ from symoro_elastic.numerics.motion.signals import outputs
 
 @dataclass(frozen=True)
 class Feedback:
-    """A drive with numbers, and the positions that it feeds back: of its motor, and the one that it controls."""
+    """Feedback of a drive: its cascade with numbers, the motor's position and the controlled position by signal."""
 
     cascade: Cascade
     own: str
@@ -31,12 +31,12 @@ class Feedback:
 
     @property
     def torque(self) -> str:
-        """The signal of its torque."""
+        """Name of the signal of the drive's torque."""
         return f"{self.cascade.motor}.tau"
 
 
 def feedbacks_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Feedback]:
-    """Return what the drives of a machine feed back, by motor.
+    """Return the drives of a machine and the positions that they feed back, by motor.
 
     Raises `InputError` for gains without value, or to be estimated.
     """

@@ -73,7 +73,7 @@ def tuned_cascades(plants: Sequence[Plant], cascades: Sequence[Cascade], distanc
 
 
 def _lowered(plants: Sequence[Plant], tuned: Sequence[Cascade], k: int, distances: Distances) -> Cascade:
-    """Return a cascade with a position gain that its margin allows while all others are closed."""
+    """Return a cascade with its Kv lowered to what its margin allows while all other loops are closed."""
     drive, others = tuned[k], [x for x in tuned if x is not tuned[k]]
     loops = [AxisLoops.around(plant, drive, others) for plant in plants]
     largest = _least(loops, drive, "Kv", lambda at: largest_Kv(at, distances.position))
@@ -99,7 +99,7 @@ def _tuned_cascade(loops: Sequence[AxisLoops], drive: Cascade, distances: Distan
 def _least(
     loops: Sequence[AxisLoops], one: Cascade, key: str, largest: Callable[[AxisLoops], LargestGain | None]
 ) -> float:
-    """Return the least of the largest gains over all positions."""
+    """Return the largest gain `key` that all positions allow."""
     return min(_at(replace(at, cascade=one), key, largest) for at in loops)
 
 

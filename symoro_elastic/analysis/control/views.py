@@ -214,7 +214,7 @@ def _sentence(cascade: Cascade, limit: Limit, repeated_names: Collection[str]) -
 
 
 def _effect(name: str, slope: float) -> str:
-    """Return the effect of a parameter's one per cent on the gain, in the direction that raises it."""
+    """Return the effect of a change of a parameter by 1 % on the largest gain, in the direction that raises it."""
     return f"{name} (1 % {'more' if slope > 0 else 'less'} raises it by {abs(slope):.2g} %)"
 
 

@@ -75,7 +75,7 @@ def _of_matrix_market(file: str, text: str, count: int) -> Any:
 
 
 def _of_lines(file: str, text: str) -> Entries:
-    """Entries of lines of three or five numbers."""
+    """Entries of a matrix from lines "row, column, value" or "node, direction, node, direction, value"."""
     lines = [line.replace(",", " ").replace("D", "E") for line in text.splitlines() if line.strip()[:1] not in "*#"]
     try:
         table = np.loadtxt(lines or ["none"], ndmin=2)
@@ -94,7 +94,7 @@ def _of_lines(file: str, text: str) -> Entries:
 
 
 def _rows_of_calculix(file: str) -> AnyArray:
-    """Nodes and directions (N, 2) of rows."""
+    """Nodes and directions (N, 2) of the rows of matrices, from a .dof file of CalculiX."""
     rows = [line.split(".") for line in read_file(file).decode("ascii", "replace").split()]
     if not rows or not all(len(row) == 2 and all(x.isdecimal() for x in row) for row in rows):
         raise InputError(file, "file", "must have a line node.direction for each row of the matrices, as 12.1")
@@ -102,7 +102,7 @@ def _rows_of_calculix(file: str) -> AnyArray:
 
 
 def _of_dmig(file: str, text: str, letter: str) -> Entries:
-    """Entries of the matrix of a name, or of the only one."""
+    """Entries of the DMIG matrix whose name begins with a letter, or of the only matrix in the file."""
     matrices: dict[str, list[tuple[int, int, int, int, float]]] = defaultdict(list)
     for number, (name, column, axis, *more) in _cards(text):
         if column == "0":
@@ -127,7 +127,7 @@ def _of_dmig(file: str, text: str, letter: str) -> Entries:
 
 
 def _cards(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Fields of entries DMIG, from the name on, with the number of their first line; other entries are left out."""
+    """Fields of each DMIG entry, from its name on, with its line number; other bulk data are omitted."""
     card: list[str] = []
     first = 0
     for number, line in enumerate([*text.splitlines(), "END"], start=1):
@@ -142,7 +142,7 @@ def _cards(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _fields(line: str) -> list[str]:
-    """The fields of a line without the first: eight, or four of twice their size."""
+    """The data fields of a line, without the first: eight, or four of twice the width."""
     count, width = (4, 16) if "*" in line[:8] else (8, 8)
     if "," in line:
         fields = line.split(",")[1:]
@@ -151,7 +151,7 @@ def _fields(line: str) -> list[str]:
 
 
 def _integers(x: Array) -> AnyArray:
-    """Labels as integers; 0 for those that are too large."""
+    """Node labels as integers; 0 for labels that are too large."""
     return np.where(np.abs(x) < LARGEST, x, 0).astype(np.int64)
 
 

@@ -89,7 +89,7 @@ class FlexibleParts(Result):
 
     @property
     def advised(self) -> Mapping[str, PartErrors | None]:
-        """By part the fewest joints or modes whose predicted errors are within the accuracy; None where none are."""
+        """For each part, the fewest joints or modes with predicted errors within the accuracy; None if none are."""
         parts = dict.fromkeys(row.part for row in self.rows)
         limit = np.inf if self.within is None else self.within
         return {x: next((r for r in self.rows if r.part == x and max(r.predicted) <= limit), None) for x in parts}
@@ -113,7 +113,7 @@ class Figures:
 
 @dataclass(frozen=True)
 class Part:
-    """A beam or a body of a file: its entries by number of joints or modes, and those of the reference.
+    """A beam or a modal body of a file: the entries to read it with other numbers of joints or modes.
 
     A beam has `kinds` of entries to which the number is added, a body one of `keeps` for each number of modes.
     """
@@ -128,11 +128,11 @@ class Part:
 
     @property
     def step(self) -> int:
-        """How many joints or modes more predict an error."""
+        """Number of additional joints or modes whose results estimate the error."""
         return 2 if self.heading == BEAMS and self.what == "modes" else 1
 
     def entries(self, count: int) -> Sequence[Entry]:
-        """Entries with so many joints or modes, the first that can be read counts; 0 for the reference."""
+        """Candidate entries with this number of joints or modes, the first readable one is used; 0: the reference."""
         if not count:
             return self.references
         return self.keeps[count - 1 : count] or [{**kind, self.what: count} for kind in self.kinds]
@@ -157,7 +157,7 @@ def flexible_parts(
     by_count: dict[tuple[str, int], Figures | None] = {}
 
     def figures(part: Part, count: int) -> Figures | None:
-        """Those of the machine with so many joints or modes of a part, 0 for the reference; None if it has none."""
+        """Frequencies and compliance of the machine with `count` joints or modes of a part; 0: the reference."""
         if count == part.present:
             return present
         if (part.name, count) not in by_count:
@@ -179,7 +179,7 @@ def flexible_parts(
 
 
 def _read(top: Table, part: Part, entries: Iterable[Entry]) -> DescribedMachine | None:
-    """The machine of a file with the first of these entries of a part that make one; None if none does."""
+    """The machine of a file with the first of these entries of a part that is valid; None if none is."""
     for entry in entries:
         changed = {**top.table(part.heading).entries, part.name: entry}
         with suppress(InputError):

@@ -93,7 +93,7 @@ def rail_of(x: Array, nodes: AnyArray, phi: Array, stiffness: Array, name: str, 
 
 
 def _basis(places: Array, arms: Array, a: Array, degree: int) -> Array:
-    """Displacements (3 n, 4 (degree + 1)) at nodes by the coefficients of u, and of roll times the length."""
+    """Displacements (3 n, 4 (degree + 1)) at nodes per polynomial coefficient of translation and of scaled roll."""
     numbers = np.arange(degree + 1)
     powers = places[:, None] ** numbers
     slopes = numbers * places[:, None] ** np.maximum(numbers - 1, 0)

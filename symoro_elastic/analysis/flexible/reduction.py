@@ -116,7 +116,7 @@ def modal_body(
 
 
 def _free_displacements(model: FiniteElements, fixed: AnyArray, rigid: Mapping[str, AnyArray]) -> Any:
-    """Displacements (3 n, ...) that the joint and rigid interfaces leave, a sparse matrix."""
+    """Sparse basis (3 n, ...) of the displacements that the fixed joint and rigid interfaces allow."""
     sparse, free = for_vibrations("scipy.sparse"), np.setdiff1d(np.arange(len(model.x)), fixed)
     motions = []
     for name, nodes in rigid.items():
@@ -180,12 +180,12 @@ def _loads(x: Array, nodes: AnyArray) -> Array:
 
 
 def _spread(arms: Array) -> Array:
-    """Sum of r.r 1 - r r^T (3, 3)."""
+    """Sum of r.r 1 - r r^T (3, 3) over lever arms r."""
     return np.asarray(np.sum(arms * arms) * np.eye(3) - arms.T @ arms)
 
 
 def _modes(shapes: Array, K: Any, M: Any) -> tuple[Array, Array]:
-    """Modes (rows, m) in the span of shapes, and squares of w times their modal mass."""
+    """Modes (rows, m) in the span of shapes, and their stiffnesses: omega^2 times modal mass."""
     basis = np.zeros((len(shapes), 0))
     for column in shapes.T:
         outside = column
@@ -234,7 +234,7 @@ class FlexibleModes(Result):
 
     @property
     def headline(self) -> str:
-        """Where it comes from, its mass and its first frequency."""
+        """Source, mass and first frequency of the body."""
         about = f" ({self.body.about})" if self.body.about else ""
         count = f"{self.body.count} mode{'s' * (self.body.count > 1)}"
         return f"{self.source}{about}: {self.body.rigid[0]:.6g} kg, {count}, the first at {self.first:.5g} Hz"

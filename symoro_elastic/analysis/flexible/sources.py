@@ -96,7 +96,7 @@ def of_mesh(file: str, material: str, scale: float, size: float | None = None) -
 
 
 def _outer_triangles(mesh: Any) -> AnyArray:
-    """Vertices (M, 3) of the surface of a mesh, seen from outside."""
+    """Vertices (M, 3) of the triangles of a mesh's surface, counterclockwise from outside."""
     faces = mesh.boundary_facets()
     corners, inside = mesh.facets[:, faces].T, mesh.p[:, mesh.t[:, mesh.f2t[0, faces]]].mean(axis=1).T
     if corners.shape[1] == 4:  # the two diagonals of a face are longer than any two of its sides that do not meet
@@ -111,7 +111,7 @@ def _outer_triangles(mesh: Any) -> AnyArray:
 
 
 def _mesh(skfem: Any, file: str, size: float | None) -> Any:
-    """A mesh of solid elements; that of a solid in a CAD file is made with elements up to a size, m."""
+    """Return a mesh of solid elements from a mesh file, or from a CAD file with elements up to `size`, m."""
     read_file(file, most=1)
     if Path(file).suffix.lower() in SOLIDS:
         with temporary_folder() as folder:
@@ -122,7 +122,7 @@ def _mesh(skfem: Any, file: str, size: float | None) -> Any:
 
 
 def _mesh_of_solid(file: str, size: float | None, mesh: Path) -> str:
-    """The file of a mesh of tetrahedra of a solid, in m."""
+    """Mesh the solid in a CAD file with tetrahedra, m, and return the path of the mesh file."""
     if size is not None and not 0 < size < inf:
         raise InputError(file, "--size", f"{size:g} must be above 0, m")
     gmsh = import_optional("gmsh", "a mesh of a solid", "step")
@@ -147,7 +147,7 @@ def _mesh_of_solid(file: str, size: float | None, mesh: Path) -> str:
 
 
 def _loaded(skfem: Any, source: str, file: str) -> Any:
-    """The mesh in a file; `source` is that which messages name."""
+    """Read a mesh from `file`; messages name `source` instead."""
     try:
         mesh = skfem.Mesh.load(file)
     except Exception as error:

@@ -50,7 +50,7 @@ def count_text(row: PartErrors) -> str:
 
 
 def _percent(x: float) -> str:
-    """Text of a relative error."""
+    """Relative error as text, in percent."""
     return "-" if math.isnan(x) else f"{100 * x:.2g} %" if x > LEAST else "0"
 
 

@@ -51,7 +51,7 @@ LEAST_INERTIA = 0.5
 
 
 class Candidate(NamedTuple):
-    """A part that may be omitted next: the error that it adds by output, and operations saved, estimated."""
+    """Candidate for omission: its parts, the error that it adds by output, and the estimated operations saved."""
 
     expense: Expense
     names: tuple[str, ...]
@@ -60,12 +60,12 @@ class Candidate(NamedTuple):
 
 
 class BudgetPath:
-    """The search along the motions of a prediction; `rungs` are those of its ladder."""
+    """Search for the parts to omit within the tolerances, over all motions; `rungs` is the list of models."""
 
     def __init__(
         self, prediction: Prediction, rungs: Sequence[Rung], spent: Collection[Expense] = frozenset(Expense)
     ) -> None:
-        """`spent` is what the tolerances may be spent on."""
+        """Prepare the search; `spent` are the kinds of simplification that may use the tolerances."""
         self._spent = spent
         self.prediction, self.tolerance = prediction, prediction.tolerance
         self._budget = ErrorBudget(self.tolerance, PREDICTED_FRACTION)
@@ -82,7 +82,7 @@ class BudgetPath:
         self._ranked: list[Item[Candidate]] = []
 
     def run(self, progress: Progress = no_progress) -> tuple[PathStep, ...]:
-        """Return the path, from the full machine to where nothing that saves operations fits."""
+        """Return the steps of the search, from the full machine until no candidate that saves operations fits."""
         steps = self._rungs[0].chosen or self.prediction.steps_of(self._rungs[0])
         none = dict.fromkeys(self.tolerance, 0.0)
         first = replace(self._rungs[0], predicted=none, chosen=steps)
@@ -103,7 +103,7 @@ class BudgetPath:
         return self._ranked
 
     def _accept(self, now: PathStep, candidate: Candidate) -> PathStep | None:
-        """Return the step without a candidate, numbers of nearly its gain with it where they fit; else None."""
+        """Return the next step, with the candidate and numbers of similar gain omitted; None if it saves nothing."""
         for choice in (*self._together(now, candidate), candidate):
             following = self._without(now, choice)
             if following and following.steps.cost < now.steps.cost and self._budget.fits(following.total):
@@ -115,7 +115,7 @@ class BudgetPath:
         return now.rung.left_out, candidate.names
 
     def _together(self, now: PathStep, candidate: Candidate) -> list[Candidate]:
-        """Return a number and those that gain nearly as much as a single candidate, as many as fit."""
+        """Return a candidate that omits a number and others of nearly its gain, as many as fit; empty for springs."""
         if candidate.expense is not Expense.NUMBERS:
             return []
         changes, slack = self._changes_at(self._place(now.rung)), self._budget.slack(now.rung.predicted)
@@ -150,7 +150,7 @@ class BudgetPath:
                 yield Candidate(spent, names, self._largest([changes[name] for name in names]), saved)
 
     def _springs(self, now: PathStep, k: int) -> Iterator[Candidate]:
-        """The next springs of the ladder, by how many of them."""
+        """Yield candidates that make the next one, two, ... springs of the ladder static."""
         for following in range(k + 1, len(self._rungs)):
             pairs = zip(self._of_springs[k], self._of_springs[following], strict=True)
             added = self._largest([[y - x for x, y in pairs]])
@@ -161,7 +161,7 @@ class BudgetPath:
                 yield Candidate(Expense.SPRINGS, names, added, now.steps.cost * (1 - share))
 
     def _without(self, now: PathStep, candidate: Candidate) -> PathStep | None:
-        """Return the path's next step with its operations counted; None where too little inertia would be left."""
+        """Return the next step, with the candidate omitted and its operations; None if the inertia gets too small."""
         rung, names = now.rung, candidate.names
         if candidate.expense is Expense.SPRINGS:
             left_out = tuple(sorted((*rung.left_out, *names), key=self._rungs[-1].left_out.index))
@@ -181,7 +181,7 @@ class BudgetPath:
         return PathStep(candidate.expense, names, candidate.added, total, rung)
 
     def _with_longer_steps(self, now: PathStep) -> PathStep | None:
-        """Return the same model with the cheapest steps for all of the slack; None without gain."""
+        """Return the same model with the cheapest time steps for the remaining tolerance; None without saving."""
         if not now.steps.method:
             return None
         slack = self._budget.slack(now.rung.predicted)
@@ -193,7 +193,7 @@ class BudgetPath:
         return PathStep(Expense.STEPS, (), added, total, replace(now.rung, chosen=steps))
 
     def _steps_at(self, k: int, slack: Errors, added: Errors) -> Steps | None:
-        """Return the time steps of a rung of the ladder that fit with what it adds; None without slack."""
+        """Return the time steps of rung k that fit into the slack after its added errors; None if none do."""
         slack_of_steps = {name: x - added[name] for name, x in slack.items()}
         if min(slack_of_steps.values()) <= 0 or not self.prediction.holds(self._rungs[k]):
             return None
@@ -206,7 +206,7 @@ class BudgetPath:
         return next(k for k, other in enumerate(self._rungs) if {*other.left_out} == {*rung.left_out})
 
     def _changes_at(self, k: int) -> dict[str, list[Array]]:
-        """Return by name the changes of outputs (N, names), motion by motion, where a rung's springs are static."""
+        """Return, by name and motion, the output changes (N, names) of a number omitted or a static spring shifted."""
         if k not in self._changes:
             left_out = self._rungs[k].left_out
             names = (*self._numbers[0].numbers, *(x for x in self._numbers[0].neutral if x in left_out))
@@ -215,7 +215,7 @@ class BudgetPath:
         return self._changes[k]
 
     def _savings_at(self, k: int, method: str) -> Savings:
-        """Return the operations that a step of a rung saves without numbers, and with springs held as neutral."""
+        """Return the operations saved per step by numbers set to zero and springs fixed at neutral, for one rung."""
         if (k, method) not in self._savings:
             prediction, rung = self.prediction, self._rungs[k]
             machine, symbols = with_symbols(prediction.references[0].loaded)
@@ -231,7 +231,7 @@ class BudgetPath:
         return self._savings[k, method]
 
     def _largest(self, changes: Sequence[Sequence[Array]]) -> dict[str, float]:
-        """Return the largest sum of changes by output, over all motions."""
+        """Return the largest absolute sum of changes by output, over all motions."""
         by_motion = [np.abs(sum(parts)).max(axis=0) for parts in zip(*changes, strict=True)]
         return dict(zip(self.tolerance, np.max(by_motion, axis=0).tolist(), strict=True))
 
@@ -245,16 +245,16 @@ def _sum(first: Errors, second: Errors) -> dict[str, float]:
 
 
 class Savings:
-    """What a step of some programs saves where symbols are zero."""
+    """Operations that a time step saves if parameters of a machine are zero."""
 
     def __init__(self, machine: Machine, motors: Motors, symbols: Mapping[str, str], method: Method) -> None:
-        """`symbols` are parameters of the machine by the names of what is left out; all others are constants."""
+        """Trace a step's programs; `symbols` maps names of omitted parts to parameters, all others are constants."""
         constants = [p.name for p in machine.parameters if p.value is not None and p.name not in symbols.values()]
         self._programs = [(times, Tape(x)) for times, x in StepCost(machine, motors, constants).programs(method)]
         self._symbols = symbols
 
     def of(self, names: Collection[str]) -> int:
-        """Return the operations that a step saves without these."""
+        """Return the operations that a step saves without these parts."""
         return sum(times * (Liveness(tape).cost - self._without(tape, names)) for times, tape in self._programs)
 
     def _without(self, tape: Tape, names: Collection[str]) -> int:
@@ -267,7 +267,7 @@ class Savings:
 
 
 class LeftOutNumbers:
-    """Changes of outputs along one motion where numbers are left out."""
+    """Changes of outputs along one motion if numbers of bodies are zero or static springs are fixed at neutral."""
 
     def __init__(self, path: LinearPath) -> None:
         self.path = path
@@ -285,7 +285,7 @@ class LeftOutNumbers:
         """By spring: from where the motion starts to its neutral position, rad or m."""
 
     def changes(self, sets: Sequence[Collection[str]], left_out: Collection[str]) -> Array:
-        """Return the changes of outputs (N, sets, outputs) where springs and parts of drives follow.
+        """Return output changes (N, sets, outputs) by the names in each set, springs and drive parts static.
 
         A name is that of a number, which is zero, or of a static spring, which is held at its neutral position.
         """
@@ -305,7 +305,7 @@ class LeftOutNumbers:
         return bool((np.linalg.eigvalsh(reduced - LEAST_INERTIA * full) >= 0).all())
 
     def _forces(self, states: Sequence[Array], names: Collection[str]) -> Array:
-        """Return ID (N, n), less the forces of springs that are held at their neutral positions."""
+        """Return ID (N, n) with numbers zero, minus the forces of springs that are fixed at their neutral positions."""
         q, v, a = states
         shift = np.array([self.neutral[name] if name in names else 0.0 for name in self._joints])
         rows = self._values(self._motion.residual, (q + shift, v, a), names)
@@ -319,7 +319,7 @@ class LeftOutNumbers:
         return self._values(M, states, names).reshape(-1, n, n)
 
     def _values(self, roots: Sequence[Scalar], states: Sequence[Array], names: Collection[str]) -> Array:
-        """Return values of expressions (N, roots) at states, the numbers named being zero."""
+        """Return values of expressions (N, roots) at states, with the named numbers zero."""
         bound, zero = self._motion.bound, {self._symbols[name] for name in names if name in self._symbols}
         symbols: dict[str, Any] = {name: 0.0 if name in zero else x for name, x in self._motion.parameters.items()}
         for by_joint, block in zip((bound.q, bound.qd, bound.qdd), states, strict=True):
@@ -328,7 +328,7 @@ class LeftOutNumbers:
 
 
 def with_symbols(machine: Machine) -> tuple[Machine, dict[str, str]]:
-    """Return the machine whose numbers of bodies and rotors are parameters, and these by the names of the numbers.
+    """Return the machine with numbers of bodies and rotors as parameters, and the parameters by number's name.
 
     The coupling of a rotor is a factor 1 of the inertia that turns with its carrier; the rest turns with the joint.
     """

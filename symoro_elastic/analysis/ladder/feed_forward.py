@@ -56,7 +56,7 @@ WIDENED = 1.1
 
 @dataclass(frozen=True)
 class ReducedTorques:
-    """An inverse model without terms: by how much shares were scaled, its torque errors and those at outputs.
+    """A reduced inverse model: the scale of its error shares, its torque errors, and the errors at outputs.
 
     `torque` (by motor) are the largest along the motions, `predicted` those of outputs by the linear model, `measured`
     by simulation, None where it was not simulated. `package` has the program.
@@ -77,7 +77,7 @@ class ReducedTorques:
 
 @dataclass(frozen=True)
 class FeedForward:
-    """The accuracy that torques need, and reduced inverse models, in the order of their search.
+    """The required torque accuracy, and reduced inverse models in the order of their search.
 
     `advised` is the number of the one with the fewest operations whose errors are within the tolerances, None where
     nothing can be left out.
@@ -102,7 +102,7 @@ class FeedForward:
 
 
 class FeedForwardSearch:
-    """The search along the motions of a prediction; `machine` is the described one, `evidence` that of torques.
+    """Search for a reduced inverse model for the motions of a prediction; `evidence` is required of torque errors.
 
     Torques are computed in `precision`, whose rounding errors are within the tolerances, too.
     """
@@ -115,7 +115,7 @@ class FeedForwardSearch:
         evidence: Evidence = Evidence.CONFIDENT,
         precision: Precision = DOUBLE,
     ) -> None:
-        """Raises `InputError` for motors that follow exactly, and machines without an inverse model of motors."""
+        """Prepare; raises `InputError` for exactly prescribed motors, and machines without inverse model."""
         self.prediction, self.evidence, first = prediction, evidence, prediction.references[0]
         self.precision = precision
         if first.servo is None:
@@ -172,7 +172,7 @@ class FeedForwardSearch:
                 scale *= float(np.clip(towards, 1 / LARGEST_FACTOR, LARGEST_FACTOR))
 
     def _model(self, scale: float) -> ReducedTorques:
-        """Return the inverse model reduced within scaled shares of the tolerance; raises `InputError`."""
+        """Return the inverse model reduced within the error shares times `scale`; raises `InputError`."""
         shares = {x.motor: Tolerance(scale * x.share, relative=False) for x in self.tolerances if np.isfinite(x.share)}
         scene = replace(self.scene, within=Within(shares, guaranteed=self.evidence))
         traced, (model,) = reduced_models(self.machine, scene, programs, [ROUNDINGS[self.precision.name]])
@@ -188,7 +188,7 @@ class FeedForwardSearch:
         return ReducedTorques(scale, model, traced.package, by_motor, predicted)
 
     def _torque_errors(self, model: ReducedModel, reference: Reference, t: Array) -> Array:
-        """Return the torques (N, m) of a reduced model less those of the full one."""
+        """Return the torques (N, m) of a reduced model minus those of the full one."""
         before, after = (_torques(x, reference, t) for x in (model.reduction.program, model.reduction.reduced))
         return after - before
 
@@ -211,7 +211,7 @@ class FeedForwardSearch:
         return result.chosen.package if result.chosen else programs(self.machine, self.scene).package
 
     def feed(self, model: ReducedModel) -> Callable[[int, Array], Array]:
-        """Return the torques (N, m) of a reduced model by the number of a motion and times (N,)."""
+        """Return the function (number of a motion, times (N,)) -> torques (N, m) of a reduced model."""
 
         def torques(motion: int, t: Array) -> Array:
             reference = self._references[motion]
@@ -228,7 +228,7 @@ class FedMeasurement:
         self._exact: dict[int, Array] = {}
 
     def errors(self, torques: Any) -> dict[str, float]:
-        """Return the largest change of outputs where `torques(motion, t)` are fed forward, over all motions."""
+        """Return the largest change of each output if `torques(motion, t)` are fed forward, over all motions."""
         changes = []
         for k, reference in enumerate(self.prediction.references):
             full = self._full[k]

@@ -21,7 +21,7 @@ BEST_TRIED = 6
 
 @dataclass(frozen=True)
 class SpringFigures:
-    """Usual measures of a spring, none of which decides whether it matters.
+    """Error if static alone, work and frequency of a spring; for information, not used for decisions.
 
     `alone`: error relative to the tolerance where only this spring is static. `activity`: work that passes through it,
     J. `frequency`: of the spring with all other joints held, Hz.

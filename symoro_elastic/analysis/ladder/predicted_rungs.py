@@ -37,7 +37,7 @@ ROUNDINGS = 4.0
 
 
 class Prediction:
-    """Errors and steps of rungs by the linear models of a machine along its motions, which have numbers k."""
+    """Predicted errors and time steps of reduced models (rungs), by linear models of a machine along its motions."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Prediction:
         period: float | None = None,
         condensed: tuple[str, ...] = (),
     ) -> None:
-        """`condensed` are lines on springs in series that the machine has as one."""
+        """Prepare the prediction; `condensed` are notes on springs in series that were merged."""
         self.machine, self.references, self.tolerance = machine, references, dict(tolerance)
         self.condensed = condensed
         self.request = Request(tuple(tolerance), tolerance, period=period)
@@ -58,7 +58,7 @@ class Prediction:
         return tuple(resolved_path(reference, self.tolerance) for reference in self.references)
 
     def rungs(self, progress: Progress = no_progress, announce: Announce = announce_nothing) -> tuple[Rung, ...]:
-        """Return all rungs, those that fit with method and steps."""
+        """Return all rungs, with method and steps for those whose predicted errors fit."""
         errors = backward_greedy(self.paths, self.tolerance, progress)
         rungs = [Rung(x.left_out, False, x.static) for x in errors]
         rungs += [Rung(errors[-1].left_out, True, errors[-1].locked)] if errors[-1].left_out else []
@@ -69,11 +69,11 @@ class Prediction:
         return tuple(rungs)
 
     def fits(self, rung: Rung) -> bool:
-        """Whether the predicted errors of a rung leave slack for those of steps, and its springs hold their loads."""
+        """Whether a rung's predicted errors leave slack for errors of steps, and omitted springs carry their loads."""
         return relative(rung.predicted, self.tolerance) <= MODEL_SHARE and self.holds(rung)
 
     def holds(self, rung: Rung) -> bool:
-        """Whether the springs that a rung leaves out hold their loads."""
+        """Whether the springs that a rung omits can carry their loads."""
         for path in () if rung.locked else self.paths:
             rows = list(self._springs(rung, path))
             block = path.K[:, rows][:, :, rows]  # with gravity and loads
@@ -89,7 +89,7 @@ class Prediction:
     def steps_of(
         self, rung: Rung, only: Iterable[str] = (), tolerance: Mapping[str, float] | None = None, share: float = SHARE
     ) -> Steps:
-        """Return the cheapest method and steps that suffice for all motions, with a share of the tolerances."""
+        """Return the cheapest method and steps that suffice for all motions, within a `share` of the tolerances."""
         tolerance = tolerance or self.tolerance
         if not self.moves(rung):
             return Steps("", 1, dict.fromkeys(self.tolerance, 0.0), 1)
@@ -112,12 +112,12 @@ class Prediction:
         return self._simulating(rung, 0).cost.of(METHODS[method]) if method else 1
 
     def fine_steps(self, k: int) -> int:
-        """Return steps of w3 that need little of the tolerance, the same for all rungs of a motion."""
+        """Return the number of W3 steps whose error is a small fraction of the tolerance, for all rungs of motion k."""
         limits = {name: FINE * limit for name, limit in self.tolerance.items()}
         return enough_steps(self._simulating(WHOLE, k), METHODS[TimeStep.W3], limits, 1.0)[0]
 
     def worst_motion(self, rung: Rung) -> int:
-        """Return the number of the motion on which the model of a rung is worst."""
+        """Return the number of the motion with the largest predicted error of a rung."""
         entries = tuple(map(self.paths[0].joints.index, rung.left_out))
         by_motion = [spring_errors([Deviations(path)], [entries])[0] for path in self.paths]
         errors = [relative(x.locked if rung.locked else x.static, self.tolerance) for x in by_motion]
@@ -134,7 +134,7 @@ class Prediction:
         return {name: max(errors[name] for errors in by_motion) for name in self.tolerance}
 
     def reduced_reference(self, rung: Rung, k: int) -> Reference:
-        """Return a motion of the machine of a rung, its springs held where the motion of the whole machine starts."""
+        """Return motion k for the machine of a rung, its omitted springs fixed at the start of the motion."""
         reference, joints = self.references[k], self.machine.independent_joints
         rows = [row for row, joint in enumerate(joints) if joint.name not in rung.left_out]
         state = reference.start
@@ -154,13 +154,13 @@ class Prediction:
 
     @staticmethod
     def _springs(rung: Rung, path: LinearPath) -> tuple[int, ...]:
-        """Return the entries of q that a rung leaves out."""
+        """Return the entries in q of the springs that a rung omits."""
         entries = {path.joints[k]: k for k in path.springs}
         return tuple(entries[name] for name in rung.left_out if name in entries)
 
 
 def held_springs(machine: Machine, reference: Reference, rung: Rung) -> dict[str, Formula]:
-    """Return by joint where the springs that a rung leaves out are held: where a motion starts, or they are neutral."""
+    """Return positions, by joint, at which a rung fixes omitted springs: initial, or neutral where it says so."""
     rows = {joint.name: (k, joint) for k, joint in enumerate(machine.independent_joints)}
     springs = [name for name in rung.left_out if name in rows]
     starts = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in springs}
@@ -168,7 +168,7 @@ def held_springs(machine: Machine, reference: Reference, rung: Rung) -> dict[str
 
 
 def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
-    """Return the machine with the springs that a rung leaves out held, without the numbers and parts of drives."""
+    """Return the machine of a rung: its springs static or locked, its omitted numbers and parts of drives zero."""
     positions = held_springs(machine, reference, rung)
     zero = zeros_of(rung, positions)
     if rung.locked:
@@ -182,7 +182,7 @@ def zeros_of(rung: Rung, static: Collection[str]) -> tuple[str, ...]:
 
 
 def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[int] = ()) -> dict[str, float]:
-    """Return the errors of outputs, by name, where accelerations are rounded at every step of a motion.
+    """Return the errors of outputs, by name, if accelerations are rounded to single precision at every step.
 
     The forces of inertia and of springs are rounded to single precision; what is lost drives the same linear model.
     """
@@ -197,5 +197,5 @@ def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[i
 
 
 def _rounding(x: Array) -> Array:
-    """Return the changes by rounding to single precision."""
+    """Return the rounding errors of single precision, float32(x) - x."""
     return np.asarray(x.astype(np.float32).astype(float) - x)

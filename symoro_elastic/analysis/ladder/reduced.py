@@ -31,7 +31,7 @@ from symoro_elastic.machine.within import Evidence
 
 
 class Purpose(StrEnum):
-    """Purposes of a reduced model."""
+    """Purposes of a reduced model: simulation, feed-forward, or both."""
 
     SIMULATION = "simulation"
     FEED_FORWARD = "feed-forward"
@@ -60,7 +60,7 @@ SPENT_ON = {
 
 @dataclass(frozen=True, repr=False)
 class Reduced(Result):
-    """Models that tolerances at the tool require of a machine in the motions of a scene.
+    """Reduced models of a machine that keep its outputs within tolerances in the motions of a scene.
 
     `simulation` is the path of models to simulate, `feed_forward` the accuracy of torques and the reduced inverse
     model; each has all of the tolerances, None where it was not asked for. `accelerations` are by joint the errors of
@@ -89,7 +89,7 @@ class Reduced(Result):
 
     @property
     def is_within(self) -> bool:
-        """Whether the measured errors of what is advised are within the tolerances."""
+        """Whether the measured errors of the advised models are within the tolerances."""
         budget = self.simulation.budget if self.simulation else None
         chosen = self.feed_forward.chosen if self.feed_forward else None
         measured = [budget.measured.errors] if budget else []
@@ -97,7 +97,7 @@ class Reduced(Result):
         return all(x[name] <= limit for x in measured for name, limit in self.tolerance.items())
 
     def write(self, file: str | Path, *, force: bool = False) -> list[Path]:
-        """Write the scenes of the purposes and return the paths; that of feed-forward has its name appended for both.
+        """Write a scene for each purpose and return the paths; for both, "_feed_forward" is appended to one name.
 
         `simulate` reads the scene of the simulation, `generate` and `check` either. Raises `InputError` for files that
         exist unless `force`.
@@ -113,7 +113,7 @@ class Reduced(Result):
         return both if self.simulation and self.feed_forward else [path]
 
     def save(self, file: str | Path) -> str:
-        """Write the scenes as `write` does, where files may be replaced as the command line says.
+        """Write the scenes as `write` does; existing files are replaced as the command line allows.
 
         Returned is a line on comments of the scene that are lost.
         """
@@ -128,7 +128,7 @@ class Reduced(Result):
 
 @dataclass(frozen=True)
 class ProcessorCosts:
-    """Costs on a processor: a call of the torques, and a step of the model to simulate; None where there is none."""
+    """Costs on a processor of a call of the torque model and of a simulation step; None where there is none."""
 
     processor: str
     precision: str
@@ -158,7 +158,7 @@ class Compiler:
         return MIXED if self.precision is SINGLE and keeps else DOUBLE
 
     def cost_of_step(self, ladder: Ladder, asked: Asked) -> FunctionReport | None:
-        """Return the costs of a step of the advised model; raises `InputError`."""
+        """Return the costs of a step of the advised model, None without one; raises `InputError`."""
         if not (ladder.budget and ladder.advised and ladder.advised.chosen and ladder.advised.chosen.method):
             return None
         scene = reduced_scene(ladder, asked.machine, asked.scene)

@@ -51,7 +51,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model: springs that are static or, if `locked`, held; predicted errors by output; steps where they suffice.
+    """A reduced model: springs made static (or `locked`), predicted errors by output, and time steps if any suffice.
 
     Static springs are held where a motion starts, those in `neutral` where they are neutral. `zero` are numbers of
     bodies and rotors that are left out.
@@ -67,11 +67,11 @@ class Rung:
 
     @property
     def model(self) -> tuple[tuple[str, ...], bool, tuple[str, ...], tuple[str, ...]]:
-        """The omitted parts of its model, by which simulations are stored."""
+        """The omitted parts of the model, the key under which its simulations are stored."""
         return self.left_out, self.locked, self.neutral, self.zero
 
     def is_trusted(self, tolerance: Mapping[str, float]) -> bool:
-        """Whether measured errors agree with the predicted ones, where they matter, and are within the tolerances."""
+        """Whether measured errors are within the tolerances and agree with the predicted ones, unless negligible."""
         if self.measured is None or self.chosen is None:
             return True
         of_model, of_steps = (self.predicted, self.measured.model), (self.chosen.predicted, self.measured.steps)
@@ -86,7 +86,7 @@ class Rung:
 
 
 def springs_text(names: Sequence[str], how: str, named: bool = True) -> str:
-    """Return text on omitted springs, their number, `how` and names if `named`, and on omitted parts of drives."""
+    """Return text on `names`: number of springs (listed if `named`), `how` they are omitted, and parts of drives."""
     springs = [name for name in names if "." not in name]
     parts, plural = len(names) - len(springs), "s" * (len(springs) != 1)
     listed = f" ({', '.join(springs)})" if named else ""
@@ -95,7 +95,7 @@ def springs_text(names: Sequence[str], how: str, named: bool = True) -> str:
 
 
 class Expense(StrEnum):
-    """Changes of a model on which a part of the tolerances is spent."""
+    """Kinds of simplification that use a part of the tolerances."""
 
     WHOLE = "time steps"
     SPRINGS = "springs static"
@@ -107,7 +107,7 @@ class Expense(StrEnum):
 
 @dataclass(frozen=True)
 class PathStep:
-    """A step of the path: the newly omitted parts, the error that they add by output, and the model after it.
+    """A step of the search: the newly omitted parts, the error that they add by output, and the model after it.
 
     `added` is the largest change of an output over the motions. `total` is the sum of what all steps up to here have
     added, never less than the error of all together (triangle inequality), and of the error of the time steps; where
@@ -130,7 +130,7 @@ class PathStep:
 
 @dataclass(frozen=True)
 class MeasuredEnd:
-    """Errors by output of the model at the end of a path against the full machine, and its times of a step, s.
+    """Measured errors by output of the final model against the full machine, and its times of a step, s.
 
     `mixed` and `errors_mixed` are those in mixed precision.
     """
@@ -143,7 +143,7 @@ class MeasuredEnd:
 
 @dataclass(frozen=True, repr=False)
 class Budget(Result):
-    """The path of operations against error, from the full machine to the model that is advised, its last step.
+    """Steps from the full machine to the advised model, with operations and errors; the last step is advised.
 
     `full` are the time steps of the whole machine with RK4, `alone` those where springs alone are left out, None where
     no rung of the ladder fits. `dropped` are steps that a simulation did not confirm.
@@ -164,13 +164,13 @@ class Budget(Result):
 
     @property
     def saved(self) -> float:
-        """The fraction of operations that it saves, against springs alone quasi-static or the full machine."""
+        """Fraction of the operations saved, against static springs alone or else the full machine."""
         before = self.path[0].steps if self.alone is None else self.alone
         return 1 - self.advised.steps.cost / before.cost
 
     @property
     def seconds(self) -> float:
-        """The time of a step in the precision that is advised, s."""
+        """Computing time of a step in the advised precision, s."""
         return self.measured.mixed if self.advised.expense is Expense.PRECISION else self.measured.seconds
 
     @property

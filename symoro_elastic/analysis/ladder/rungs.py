@@ -72,7 +72,7 @@ def ladder_of_prediction(
     progress: Progress = no_progress,
     spent: Collection[Expense] = frozenset(Expense),
 ) -> Ladder:
-    """Return the ladder of a prediction, with a budget for what the tolerances may be spent on; raises `InputError`."""
+    """Return the ladder of a prediction, with a budget if `spent` names simplifications; raises `InputError`."""
     rungs = prediction.rungs(progress, announce)
     announce("measure")
     measurement = Measurement(prediction)
@@ -96,7 +96,7 @@ def prediction_of(
 
 
 def measured_ladder(measurement: Measurement, rungs: Sequence[Rung]) -> Ladder:
-    """Return the ladder with the chosen rung and its neighbour measured; down to one whose prediction holds."""
+    """Return the ladder: the cheapest rung whose measured errors agree with prediction, its neighbour measured too."""
     prediction, measured, distrusted, chosen = measurement.prediction, list(rungs), list[int](), None
     costs = {k: rung.chosen.cost for k, rung in enumerate(rungs) if rung.chosen}
     for k in sorted(costs, key=lambda k: costs[k]):
@@ -124,7 +124,7 @@ def measured_ladder(measurement: Measurement, rungs: Sequence[Rung]) -> Ladder:
 def with_springs_joined(
     machine: Machine, motions: Sequence[PrescribedMotion], signals: Iterable[str]
 ) -> Condensed[Machine]:
-    """Return the machine with springs in series merged, which is exact, and lines on these.
+    """Return the machine with springs in series merged, which is exact, and notes on the merged springs.
 
     Raises `InputError` for motions and signals that name what merging changes: the variables of the joints, and frames
     between them.
@@ -146,7 +146,7 @@ def with_springs_joined(
 
 
 def _changes(machine: Machine, condensed: Condensed[Machine], name: str) -> bool:
-    """Whether a signal is of a variable, or of a frame, that condensing changes."""
+    """Whether a signal belongs to a variable or a frame that merging springs changes."""
     if not condensed.variables or is_torque(name):
         return False
     (signal,) = outputs(machine, [name])
@@ -220,7 +220,7 @@ def measured_errors(measurement: Measurement, rung: Rung, precision: Precision =
 
 
 def times(measurement: Measurement, rung: Rung) -> tuple[float, float]:
-    """Return the least time of a step in double and in mixed precision, s, by turns."""
+    """Return the least computing time of a step in double and in mixed precision, s, timed alternately."""
     assert rung.chosen is not None
     method, steps = rung.chosen.method, rung.chosen.steps
     if not method:
@@ -234,14 +234,14 @@ def times(measurement: Measurement, rung: Rung) -> tuple[float, float]:
 
 
 class Measurement:
-    """The errors of rungs on the motions that are worst for them; compiled steps are used again."""
+    """Measurement of the errors of rungs, each on its worst motion; compiled steps are reused."""
 
     def __init__(self, prediction: Prediction) -> None:
         self.prediction = prediction
         self._simulated: dict[tuple[Any, int], SimulatedRung] = {}
 
     def errors(self, rung: Rung) -> Measured:
-        """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
+        """Return the errors of a rung on its worst motion: of its model, and of its steps by halving."""
         k = self.prediction.worst_motion(rung)
         fine = self.prediction.fine_steps(k)
         (_, outputs_of_full), (_, outputs) = (self.simulation(x, k).run(TimeStep.W3, fine) for x in (WHOLE, rung))
@@ -282,7 +282,7 @@ class SimulatedRung:
         self._compiled: dict[tuple[str, str], CompiledSteps] = {}
 
     def run(self, method: str, steps: int, precision: Precision = DOUBLE) -> tuple[Trajectory, Array]:
-        """Return the motion of the rung, and the outputs (N, names) of the whole machine that follow from it."""
+        """Return the simulated motion of the rung, and the outputs (N, names) of the full machine computed from it."""
         if self._moves:
             trajectory = self.steps_by(method, precision).run(self.reduced, method, steps)
         else:
@@ -300,7 +300,7 @@ class SimulatedRung:
 
 
 def whole_motion(reference: Reference, reduced: Observer, motion: Motion) -> Motion:
-    """Return the motion of the whole machine of a reference from that of a reduced one.
+    """Return the motion of a reference's full machine from that of a reduced machine.
 
     Springs that are left out stay where the motion starts; those that are static deflect by the reactions.
     Springs that are static in the whole machine have no variable in its motion.
@@ -323,7 +323,7 @@ def whole_motion(reference: Reference, reduced: Observer, motion: Motion) -> Mot
 
 @dataclass(frozen=True)
 class Asked:
-    """The full machine, its scene and requirements; `file` is that of the scene, if it has one."""
+    """The full machine, its scene and requirements; `file` is the scene's file, if it has one."""
 
     machine: Machine
     scene: Scene
@@ -333,7 +333,7 @@ class Asked:
 
 @dataclass(frozen=True, repr=False)
 class Ladder(Result):
-    """All rungs of a machine for its motions, the rung that is chosen, and the whole machine with RK4 to compare with.
+    """All rungs of a machine for its motions, the chosen rung, and the full machine with RK4 for comparison.
 
     `chosen` is None where no rung fits the tolerances. `distrusted` are rungs whose prediction failed. `arithmetic` are
     errors by output that the chosen one has more where accelerations are in single precision; empty without one.
@@ -408,14 +408,14 @@ class Ladder(Result):
         return lost
 
     def _normal(self, text: str) -> str:
-        """Return the text of a scene in normal form."""
+        """Return the text of a scene file in the normal form of this program."""
         assert self.asked is not None
         top, machine = load(text, str(self.asked.file)), self.asked.machine
         return write_scene(scene_in(top, machine, MODELS), motions_of(top, machine), wanted_of(top))
 
 
 def reduced_scene(ladder: Ladder, whole: Machine, scene: Scene) -> Scene:
-    """Return the scene of a whole machine with the method of the advised model, its springs held, numbers left out."""
+    """Return the scene of the full machine with the advised method, springs made static and numbers omitted."""
     rung, reference = ladder.advised, ladder.references[0]
     if rung is None:
         return scene

@@ -32,7 +32,7 @@ FREQUENCIES = 300
 
 @dataclass(frozen=True)
 class TorqueTolerance:
-    """The largest errors of a motor's torque that keep the tolerances of all outputs, N m or N.
+    """Torque accuracy of a motor: the largest errors, N m or N, that keep all outputs within their tolerances.
 
     `constant` for one that does not change, `sinusoid` for the worst sinusoid, at `frequency` Hz, `any` for one of any
     course, each with no error of another motor. `share` is that of any course where all motors have one at a time.
@@ -50,7 +50,7 @@ class TorqueTolerance:
 
     @property
     def relative(self) -> float:
-        """The share as a fraction of the largest torque."""
+        """The tolerance `share` as a fraction of the motor's largest torque."""
         return self.share / self.largest if self.largest else np.inf
 
 
@@ -69,7 +69,7 @@ def torque_tolerances(
 
 
 def acceleration_tolerances(path: LinearPath, tolerance: Mapping[str, float]) -> dict[str, float]:
-    """Return by joint that moves freely the error of its acceleration that keeps the tolerances, rad/s2 or m/s2.
+    """Return the acceleration error, rad/s2 or m/s2, by freely moving joint, that keeps outputs within tolerances.
 
     For errors of any course, joint by joint; an acceleration error a acts as the forces M a.
     """
@@ -82,7 +82,7 @@ def acceleration_tolerances(path: LinearPath, tolerance: Mapping[str, float]) ->
 
 
 def added_torques(path: LinearPath) -> Array:
-    """Return the forces (N, n, m) of unit torques of the motors, or of unit torques fed forward to their drives."""
+    """Return the forces (N, n, m) per unit torque of each motor, or per unit torque fed forward to each drive."""
     machine, motors = path.machine or path, list(path.reference.machine.motor_entries)
     added, n = np.zeros((len(path.joints), len(motors))), len(machine.joints)
     added[motors, range(len(motors))] = 1.0
@@ -105,14 +105,14 @@ def _tolerance(motor: str, k: int, gains: Sequence[Gains], limits: Array, larges
 
 
 class Gains:
-    """Gains (m, outputs) of a path from forces added to it, each the largest over its positions.
+    """Gains (m, outputs) from added forces to outputs, each the largest over the positions of a path.
 
     `peak` is the total variation of the step response, `constant` its largest value, `sinusoid` the largest of the
     frequency response, at `frequency` (m,) Hz.
     """
 
     def __init__(self, path: LinearPath, added: Array) -> None:
-        """`added` are the forces (N, n, m) of unit inputs."""
+        """Compute the gains; `added` are the forces (N, n, m) of unit inputs."""
         self.path = path
         places = np.unique(np.linspace(0, len(path.t) - 1, POSITIONS).astype(int))
         self._rows = [k for k in range(len(path.joints)) if k in path.moved]

@@ -119,7 +119,7 @@ def advice(ladder: Ladder) -> str:
 
 
 def _shortfall(ladder: Ladder, rung: Rung) -> str:
-    """Return why a rung exceeds the tolerances: its model, its measured steps, or springs that do not hold."""
+    """Return why a rung exceeds the tolerances: model errors, step errors, or springs that cannot carry their loads."""
     lost = relative(rung.predicted, ladder.tolerance)
     if rung.chosen is None and lost <= MODEL_SHARE:
         return f"uses {lost:.0%} of that, but its springs do not hold their loads"
@@ -152,7 +152,7 @@ def _rung_text(ladder: Ladder, rung: Rung) -> str:
 
 
 def period_of(ladder: Ladder, wanted: Wanted) -> str:
-    """Return a line on the time of the steps of a period on the chosen rung; empty where there is neither."""
+    """Return a line on the computing time of a period on the chosen rung; empty without a rung or its time."""
     rung = ladder.rungs[ladder.chosen] if ladder.chosen is not None else None
     return period_line(wanted, ladder.step_of(rung), rung.measured.seconds) if rung and rung.measured else ""
 
@@ -280,7 +280,7 @@ declare(
 
 
 def _tolerance_text(error: float, form: str = ".3g") -> str:
-    """Text of a torque error; a motor whose torque moves no output may have any."""
+    """Torque tolerance as text; unlimited for a motor whose torque moves no output."""
     return "any" if math.isinf(error) else f"{error:{form}}"
 
 

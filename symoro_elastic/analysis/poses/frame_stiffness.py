@@ -91,7 +91,7 @@ class StiffnessMap(Result):
 
     @property
     def headline(self) -> str:
-        """The range of the least stiffness."""
+        """The range of the stiffness in the worst direction over the positions, as a sentence."""
         least, first = [x.least_stiffness / MICRO for x in self.points], self.points[0]
         if min(least) == np.inf:
             return first.headline

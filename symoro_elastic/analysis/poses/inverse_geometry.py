@@ -40,7 +40,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Reached:
-    """One solution: positions by joint, joints at their limits, and whether the frame loses a direction there."""
+    """One solution: positions by joint, joints at their limits, and whether the position is singular for the frame."""
 
     joints: Mapping[str, float]
     at_limits: tuple[str, ...]
@@ -49,7 +49,7 @@ class Reached:
 
 @dataclass(frozen=True, repr=False)
 class InverseGeometry(Result):
-    """Solutions of a pose, the nearest to the given position first, and the residual of the best start without any.
+    """Solutions for a pose, the nearest to the start position first, or the residual of the best attempt.
 
     `redundant` is the number of motions of the joints that leave the pose. `miss` is the distance, m, and `turned` the
     angle, rad, that remain without a solution. `starts` is the number of starts.
@@ -91,7 +91,7 @@ class Chain:
     angles: tuple[bool, ...]
 
     def error(self, q: Array, pose: Pose) -> Array:
-        """Return x - x* (3,), and L times the rotation vector (3,) where the orientation is wanted."""
+        """Return the pose error: x - x* (3,), and L times the rotation vector (3,) if an orientation is required."""
         T = self.matrix(q)
         apart = T[:3, 3] - pose.position
         if pose.orientation is None:
@@ -101,7 +101,7 @@ class Chain:
         return np.concatenate([apart, self.length * turned])
 
     def slopes(self, q: Array, pose: Pose) -> Array:
-        """Return the derivatives of the error by the joints that may change, exact where it is zero."""
+        """Return the Jacobian of the pose error by the joints that may change, exact where the error is zero."""
         J = self.jacobian(q)[:, list(self.moved)]
         return J[:3] if pose.orientation is None else np.vstack([J[:3], self.length * J[3:]])
 
@@ -109,7 +109,7 @@ class Chain:
 def solve(
     chain: Chain, pose: Pose, near: Array, starts: int, closed: Sequence[Array] = (), seed: int = 0
 ) -> tuple[list[Reached], int, Array]:
-    """Return solutions, the number of motions of joints that leave the pose, and the nearest positions."""
+    """Return distinct solutions, the number of joint motions that keep the pose, and the best position found."""
     tries = [_from(chain, pose, start) for start in _starts(chain, near, starts, closed, seed)]
     errors = [float(np.abs(chain.error(q, pose)).max()) for q in tries]
     solved = [q for q, error in zip(tries, errors, strict=True) if error <= REACHED * max(1.0, chain.length)]
@@ -125,7 +125,7 @@ def solve(
 
 
 def _starts(chain: Chain, near: Array, count: int, closed: Sequence[Array], seed: int) -> list[Array]:
-    """Return the given position, branches of closed forms, and a Latin hypercube of positions."""
+    """Return start positions: the given one, branches of closed forms, and a Latin hypercube."""
     moved, starts = list(chain.moved), [near, *closed]
     if moved and count > 1:
         sample = for_vibrations("scipy.stats.qmc").LatinHypercube(len(moved), seed=seed).random(count - 1)
@@ -138,7 +138,7 @@ def _starts(chain: Chain, near: Array, count: int, closed: Sequence[Array], seed
 
 
 def _from(chain: Chain, pose: Pose, start: Array) -> Array:
-    """Return the positions where the error is least, from one start."""
+    """Return the positions that minimize the pose error, from one start."""
     moved, q = list(chain.moved), start.copy()
     if not moved:
         return q
@@ -161,7 +161,7 @@ def _from(chain: Chain, pose: Pose, start: Array) -> Array:
 
 
 def _apart(chain: Chain, q: Array, other: Array) -> Array:
-    """Return q - other, angles within half a turn."""
+    """Return the difference q - other of joint positions, angles within half a turn."""
     apart = q - other
     turns = np.array(chain.angles)
     apart[turns] = (apart[turns] + np.pi) % (2 * np.pi) - np.pi

@@ -49,7 +49,7 @@ SAMPLES, SAMPLES_OF_STEP, MOST_SAMPLES = 1000, 4, 100_000
 
 
 def compiled_motion(reference: Reference, folder: Path) -> CompiledMotion:
-    """Return the right-hand side of a motion, with the base if it moves freely.
+    """Return the right-hand side of a motion with its kind of drives, with the base if it moves freely.
 
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
@@ -61,7 +61,7 @@ def compiled_motion(reference: Reference, folder: Path) -> CompiledMotion:
 
 @dataclass(frozen=True)
 class Adapted:
-    """A motion by adaptive steps: y of a `system` at any time by `dense`, until `ends`, and the level crossings."""
+    """A motion by adaptive steps: y of a `system` as a function of time (`dense`) up to `ends`, and level crossings."""
 
     system: CompiledMotion
     method: str
@@ -136,7 +136,7 @@ def integrate(
 
 
 def _refuse_lost_loops(system: CompiledMotion, times: Sequence[float], pieces: Sequence[Any]) -> None:
-    """Raise `InputError` by loop and time if the last steps leave the branch on which loops start, or end there."""
+    """Raise `InputError` by loop and time if loops leave their initial branch in the last steps or right after."""
     machine, last = system.reference.machine, pieces[-CHECKED:]
     if not last or not machine.loops or system.closing:
         return
@@ -152,27 +152,27 @@ def _states(system: CompiledMotion, dense: Any, t: Array) -> tuple[Array, Array]
 
 
 class _FromLastStep:
-    """The right-hand side of a motion, its loops closed from the end of the last step."""
+    """The right-hand side of a motion, with loops closed iteratively from the state at the end of the last step."""
 
     def __init__(self, system: CompiledMotion) -> None:
         self.system = system
         self._near: State = system.reference.at_start
 
     def rate(self, t: float, y: Array) -> Array:
-        """Return y'."""
+        """Return the time derivative y' of the state."""
         return self.system.rate(t, y, self._near)
 
     def jacobian(self, t: float, y: Array) -> Array:
-        """Return dy'/dy."""
+        """Return the Jacobian dy'/dy of the right-hand side."""
         return self.system.jacobian(t, y, self._near)
 
     def pass_to(self, t: float, y: Array) -> None:
-        """Store a step that ends here."""
+        """Store the end of a step as the start of the next loop closures."""
         self._near = self.system.states(np.array([t]), y[None], self._near)[0]
 
 
 def _steps(right: _FromLastStep, method: str, precision: float) -> Iterator[tuple[Any, Any]]:
-    """Yield the solver after each step, and the reason of a failure; it restarts in each interval.
+    """Yield the solver after each step, and the reason if it fails; it restarts at every interval.
 
     Steps of a short interval are its halves, quarters ... for higher precisions, to differ and so measure errors.
     """

@@ -58,12 +58,12 @@ class Trajectory(Motion):
 
     @property
     def recorded(self) -> AnyArray:
-        """Numbers of the recorded steps."""
+        """Numbers of the steps at which states are recorded."""
         return np.round(self.t / self.step).astype(np.int64) if self.numbers is None else self.numbers
 
 
 class CompiledSteps:
-    """Steps of some methods for the motors of a reference, under servos or prescribed.
+    """Compiled time steps of some methods for the motors of a reference, driven by servos or prescribed.
 
     The machine is that of references, or `loaded` where forces act on frames. Numbers of the machine are
     folded; where a subclass leaves parameters, `p` holds their numbers at a run.
@@ -74,7 +74,7 @@ class CompiledSteps:
     p: Array | None = None
 
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE) -> None:
-        """Prepare the steps; states are in double precision, so it is `DOUBLE` or `MIXED`.
+        """Prepare the steps; states are in double precision, so `precision` is `DOUBLE` or `MIXED`.
 
         Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
         """
@@ -92,7 +92,7 @@ class CompiledSteps:
         self._models = CompiledPackage(self.package, path, precision)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion along a reference by even steps; NaN or infinite if it diverges."""
+        """Return the motion along a reference, simulated by equal steps; NaN or infinite if it diverges."""
         refuse_still(reference)
         refuse_sampled(reference)
         if reference.loaded.forces != self.machine.forces:
@@ -118,13 +118,13 @@ class CompiledSteps:
         return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
 
     def take(self, run: Run, read: Sequence[Array], h: float, state: Mapping[str, Array], record: Array) -> float:
-        """Compute a step for each row of the record from a state, which changes; return the elapsed seconds."""
+        """Advance `state` in place by a step for each row of the record; return the elapsed seconds."""
         began = time.perf_counter()
         self._call(run, len(record), read, h, [*state.values(), record])
         return time.perf_counter() - began
 
     def at_start(self, reference: Reference) -> dict[str, Array]:
-        """Return the blocks of a step at the start: drives in steady state, friction relaxed."""
+        """Return the state at the start by block: drives in steady state, friction relaxed."""
         z = np.zeros(len(self.machine.bristles))
         if reference.drives:
             r, rd, _ = ([*x[0]] for x in reference.at(np.zeros(1)))
@@ -132,7 +132,7 @@ class CompiledSteps:
         return {**reference.at_start.blocks, "z": z}
 
     def with_torques(self, reference: Reference, motion: Motion, added: Array | None = None) -> Motion:
-        """Return the states with torques of drives or servos; of the states z only those of friction remain.
+        """Return the motion with torques of drives or servos; of the states z it keeps only those of friction.
 
         `added` (N, m) are the torques that drives are given, in place of those that are fed forward.
         """
@@ -147,7 +147,7 @@ class CompiledSteps:
         return replace(motion, blocks={name: x for name, x in blocks.items() if friction or name != "z"})
 
     def with_loads(self, reference: Reference, motion: Motion) -> Motion:
-        """Return the states with the torques through joints with load-dependent friction."""
+        """Return the motion with the torques through joints with load-dependent friction."""
         if not self.machine.loaded:
             return motion
         driven = ways_of(reference) is Motors.DRIVEN
@@ -173,7 +173,7 @@ class CompiledSteps:
 
 
 def ways_of(reference: Reference) -> Motors:
-    """Return how the motors of a reference move: driven, or prescribed."""
+    """Return how the motors of a reference are driven: by torques, drives, servos, or prescribed motions."""
     if not reference.motors:
         return Motors.TORQUE
     if reference.drives:
@@ -182,7 +182,7 @@ def ways_of(reference: Reference) -> Motors:
 
 
 def with_servo_torques(reference: Reference, motion: Motion) -> Motion:
-    """Return the states with torques of servos; NaN for exactly prescribed motors, whose torques follow later."""
+    """Return the motion with torques of servos; NaN for exactly prescribed motors, whose torques are computed later."""
     if reference.servo is None:
         return motion.with_blocks(tau=np.full((len(motion.t), len(reference.motors)), np.nan))
     return motion.with_blocks(tau=law_of_servos(reference, motion.t, *reference.of_motors(motion)))
@@ -197,7 +197,7 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
 
 
 def refuse_sampled(reference: Reference) -> None:
-    """Raise `InputError` for drives without a period that control loads, which generated steps cannot."""
+    """Raise `InputError` for continuous drives that measure rotations of frames, or frames on static springs."""
     machine, drives = reference.machine, drives_of(reference.machine).by_motor
     for motor, load in zip(reference.motors, reference.loads, strict=False):
         if load is None or drives[motor].period is not None:
@@ -210,7 +210,7 @@ def refuse_sampled(reference: Reference) -> None:
 
 
 def refuse_still(reference: Reference) -> None:
-    """Raise `InputError` for a machine without equations to integrate."""
+    """Raise `InputError` for a machine without equations to integrate, all of whose joints are prescribed or locked."""
     machine, prescribed = reference.machine, reference.prescribed
     if reference.base:
         return
@@ -222,7 +222,7 @@ def refuse_still(reference: Reference) -> None:
 
 
 def refuse_turned(reference: Reference, run: Trajectory) -> None:
-    """Raise `InputError` for a motor on a dependent joint that turns half a turn away from its start.
+    """Raise `InputError` for a motor on a dependent joint that turns by half a turn or more from its start.
 
     Its closed form determines angles up to a full turn, so its servo would receive another one there.
     """
@@ -279,7 +279,7 @@ def inputs_of_steps(
 
 
 def _rate_of_feed(reference: Reference, t: Array, h: float) -> Array:
-    """Return the rates of torques that are fed forward, by central differences over a step; 0 of constant ones."""
+    """Return the rates of fed-forward torques, by central differences over a step; 0 for constant torques."""
     if reference.feed is None:
         return np.zeros_like(t)[:, None]
     ahead, behind = (reference.feed(np.clip(t + x, 0.0, reference.duration)) for x in (h / 2, -h / 2))

@@ -29,7 +29,7 @@ from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 
 class DrivenMotion(CompiledMotion):
-    """The right-hand side of a motion with drives; y = [q; qd; z], z of friction, then of drives."""
+    """The right-hand side of a motion with drives; y = [q; qd; z], z has states of friction, then of drives."""
 
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Compile the motion; raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
@@ -48,7 +48,7 @@ class DrivenMotion(CompiledMotion):
 
     @property
     def start(self) -> Array:
-        """y at the start, with drives in steady state."""
+        """The state y at the start, with drives in steady state."""
         y = super().start
         motion = self.states(np.zeros(1), y[None], self.reference.at_start)
         (u,) = self.inputs(motion)
@@ -60,7 +60,7 @@ class DrivenMotion(CompiledMotion):
         return np.concatenate([super().sizes, *(law.sizes for law in self.drives)])
 
     def torques(self, motion: Motion, y: Array) -> Array:
-        """Return the torques (N, m) of the drives at y."""
+        """Return the torques (N, m) of the drives at states y."""
         return self._torques(self.inputs(motion), y)
 
     def _torques(self, u: Array, y: Array) -> Array:
@@ -68,7 +68,7 @@ class DrivenMotion(CompiledMotion):
         return np.stack([law.torques(y[:, part], u[:, k]) for k, (law, part) in enumerate(laws)], axis=1)
 
     def rate(self, t: float, y: Array, near: State) -> Array:
-        """Return y'."""
+        """Return the time derivative y' of the state."""
         motion = self.states(np.array([t]), y[None], near)
         u = self.inputs(motion)
         rates_of_motion = self.under_loads(motion.with_blocks(tau=self._torques(u, y[None])))
@@ -76,12 +76,12 @@ class DrivenMotion(CompiledMotion):
         return np.concatenate([motion.qd[0], rates_of_motion["qdd"][0], *rates_of_motion.get("zd", ()), *rates])
 
     def inputs(self, motion: Motion) -> Array:
-        """Return the inputs (N, m, 6) of the laws."""
+        """Return the inputs (N, m, 6) of the drive laws."""
         x, xd = self.of_motors(motion)
         return inputs_of(self.reference, motion, self.controlled(motion, x), xd)
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy; for drives on dependent joints the change of S_m is neglected, loads count as their motors."""
+        """Return the Jacobian dy'/dy; changes of S_m are neglected, load positions count as those of their motors."""
         if not self.has_linear_model:
             return self.differences(t, y, near)
         motion = self.states(np.array([t]), y[None], near)
@@ -133,7 +133,7 @@ class ControlledPositions:
 
 
 def with_loads(reference: Reference) -> Machine:
-    """Return the machine of a reference for steps: with the load positions that its drives measure."""
+    """Return the machine of a reference for steps, with the load positions added that its drives measure."""
     machine = reference.loaded if reference.drives else without_drives(reference.loaded)
     signals = tuple(load.signal for load in reference.loads if load)
     if not signals:

@@ -31,13 +31,13 @@ PLACE = "drives, feed_forward, torque"
 
 @dataclass(frozen=True)
 class MotorCoordinates:
-    """The joints of a machine from those of `other`, the same machine with independent motors."""
+    """Map from the joints of `other`, a copy of a machine in which motors are independent, to those of the machine."""
 
     machine: Machine
     other: Machine
 
     def positions(self, named: Mapping[str, float]) -> dict[str, float]:
-        """Return positions of the independent joints of `other` by name, from those of the machine.
+        """Return positions of the independent joints of `other` by name, from positions `named` of the machine.
 
         Springs that are not named are neutral, other joints where loops start. Raises `InputError`.
         """

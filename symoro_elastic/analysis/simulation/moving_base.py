@@ -48,7 +48,7 @@ def held_machine(machine: Machine, start: Mapping[str, Array]) -> Machine:
 
 
 def rows(start: Mapping[str, Array], count: int) -> dict[str, Array]:
-    """Return the state of a base at rest at its start, repeated for a number of times."""
+    """Return the state of a base at rest at its start, repeated `count` times."""
     still = {name: np.tile(x, (count, 1)) for name, x in start.items()}
     return still | {name: np.zeros((count, 6)) for name in ("V0", "V0d") if start}
 

@@ -53,7 +53,7 @@ def part_of(period: float, largest: float) -> str:
 
 
 def part_from(period: float, least: float) -> str:
-    """Return the shortest step from a bound, s, that divides a period, no shorter than that."""
+    """Return the shortest step that is at least `least`, s, and divides a period."""
     return f"{period / math.floor(period / least):.12g}"
 
 

@@ -58,7 +58,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Motion(Blocks):
-    """States at times t (N,) s: all blocks of models, including torques and accelerations."""
+    """States at times t (N,), s, by block of the models, including torques and accelerations."""
 
     t: Array
 
@@ -68,7 +68,7 @@ class Motion(Blocks):
 
 @dataclass(frozen=True)
 class MeasuredLoad:
-    """A position that a drive controls instead of its motor's: a signal, and its ratio to the motor."""
+    """A load position that a drive controls instead of its motor's: the signal, and its ratio to the motor."""
 
     signal: str
     ratio: float
@@ -135,14 +135,14 @@ class Reference:
         return y, yd, ydd, yddd
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return q_r, v_r, a_r (N, n) at times (N,): motors on their motion, other joints where they start."""
+        """Return q_r, v_r, a_r (N, n) at times (N,): motors on their motion, other joints at their start."""
         if self.view is None or self.viewed is None:
             return self._with_motors(self.machine, self.start.q, t)
         q, v, a = self.view.own(*self._with_motors(self.view.other, self.viewed, t))
         return q, v, a
 
     def motion(self, t: Array) -> Motion:
-        """Return the states at times (N,) where motors are on their motion and all else stays; torques are NaN."""
+        """Return the motion at times (N,) with motors on their reference and all else at rest; torques are NaN."""
         q, qd, qdd = self.states(t)
         tau, (f_ext, _) = np.full((len(t), len(self.motors)), np.nan), self.wrenches(t)
         blocks = {"q": q, "qd": qd, "qdd": qdd, "tau": tau, "f_ext": f_ext, **rows(self.base, len(t))}
@@ -150,7 +150,7 @@ class Reference:
 
     @cached_property
     def at_start(self) -> Blocks:
-        """The blocks at the start."""
+        """The state at the start, by block."""
         moved = with_dependent(self.machine, Blocks({"q": self.start.q[None], "qd": self.start.qd[None]}))
         return moved[0].with_blocks(**self.base)
 
@@ -273,7 +273,7 @@ def _refuse_other_start(view: MotorCoordinates, prescribed: PrescribedMotion, st
 
 
 def _refuse_weak(reference: Reference) -> None:
-    """Raise `InputError` for a limit below the holding torque at the start: the drive has no steady state."""
+    """Raise `InputError` for a torque limit below the holding torque at the start, where no steady state exists."""
     for k, drive in enumerate(reference.drives):
         needed, by_voltage = abs(float(reference.start.torques[k])), np.inf
         if drive.current and drive.current.resistance > 0:
@@ -344,7 +344,7 @@ def _positions(machine: Machine, prescribed: PrescribedMotion, record: Record | 
 
 
 def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State) -> tuple[Array, Array] | None:
-    """Return kp and kd of the motors (m,).
+    """Return the servo gains kp and kd (m,) of the motors; None without a servo.
 
     Raises `InputError` for a bandwidth of a motor that nothing moves with, or that moves with other motors alone.
     """
@@ -398,7 +398,7 @@ def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterato
 
 
 def _law(servo: Servo, m: float) -> tuple[float, float]:
-    """Return kp and kd; kp = m (2 pi f)^2, kd = 2 zeta m (2 pi f)."""
+    """Return the servo gains kp = m (2 pi f)^2 and kd = 2 zeta m (2 pi f)."""
     if isinstance(servo, Gains):
         return servo.kp, servo.kd
     omega = 2 * np.pi * servo.frequency
@@ -406,7 +406,7 @@ def _law(servo: Servo, m: float) -> tuple[float, float]:
 
 
 def risen(t: Array, begins: float, lasts: float) -> Array:
-    """Return the rise from 0 to 1, 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7, x = (t - begins) / lasts, constant outside."""
+    """Return the smooth rise 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7 from 0 to 1, x = (t - begins) / lasts, within 0 to 1."""
     x = np.clip((t - begins) / lasts, 0.0, 1.0)
     return np.asarray((polyval(x, RATES).T / [lasts**k for k in range(4)]).T)
 
@@ -421,7 +421,7 @@ def wobble(t: Array, amplitude: float, frequency: float, duration: float) -> Arr
 
 
 def _product(f: Array, g: Array) -> Array:
-    """Return f g and its derivatives."""
+    """Return the product f g and its derivatives, from those of f and g."""
     return np.array([sum(math.comb(n, k) * f[n - k] * g[k] for k in range(n + 1)) for n in range(len(f))])
 
 
@@ -439,7 +439,7 @@ class Record:
         self.curves = {name: _curves(samples, name) for name in samples.y}
 
     def __call__(self, motor: str, t: Array) -> Array:
-        """Return the motion of a motor; constant beyond the record."""
+        """Return y, yd, ydd, yddd of a motor at times t; constant outside the record."""
         inside = np.clip(t, self.t[0], self.t[-1])
         return np.array([curve(inside) for curve in self.curves[motor]])
 

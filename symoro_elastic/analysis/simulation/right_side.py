@@ -71,7 +71,7 @@ class CompiledMotion:
 
     @property
     def of_motion(self) -> int:
-        """Entries of y before states of friction."""
+        """Number of entries of y before the states of friction."""
         return 2 * len(self.free)
 
     @property
@@ -81,7 +81,7 @@ class CompiledMotion:
 
     @property
     def start(self) -> Array:
-        """y at the start, with unbent bristles."""
+        """The state y at the start, with undeflected bristles."""
         state = self.reference.start
         return np.concatenate([state.q[self.free], state.qd[self.free], 0 * self.largest_bent])
 
@@ -100,7 +100,7 @@ class CompiledMotion:
         return self
 
     def begin(self, number: int, t: float, y: Array) -> None:
-        """Start the interval of this number, at t with y."""
+        """Start interval `number` at time t with state y."""
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y."""
@@ -127,13 +127,13 @@ class CompiledMotion:
         return {}
 
     def rate(self, t: float, y: Array, near: State) -> Array:
-        """Return y', with loops closed from a state `near`."""
+        """Return the time derivative y', with loops closed iteratively from a state `near`."""
         motion = self.states(np.array([t]), y[None], near)
         rates = self.accelerations(motion, y[None])
         return np.concatenate([motion.qd[0, self.free], rates["qdd"][0, self.free], *rates.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy, with loops closed from a state `near`.
+        """Return the Jacobian dy'/dy, with loops closed iteratively from a state `near`.
 
         Of a servo on a dependent joint kd dS_m/dt is left out, by which the rate of the motor changes with positions.
         """
@@ -151,7 +151,7 @@ class CompiledMotion:
         return J
 
     def differences(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy by central differences."""
+        """Return the Jacobian dy'/dy by central differences."""
         steps = DIFFERENCE * np.maximum(self.sizes, np.abs(y))
         columns = [
             (self.rate(t, y + h * e, near) - self.rate(t, y - h * e, near)) / (2 * h)
@@ -192,7 +192,7 @@ class CompiledMotion:
         return coordinates["q_motor"], coordinates["qd_motor"]
 
     def slopes(self, motion: Motion) -> Array:
-        """Return S_m (m, n) at one position: rates of motors per rate of coordinates."""
+        """Return S_m (m, n) at one position, d(motor velocities)/d(coordinate velocities)."""
         unit = np.eye(motion.q.shape[1])
         if MOTOR_COORDINATES not in self._arguments:
             return unit[self.motors]
@@ -205,7 +205,7 @@ class CompiledMotion:
 
 
 def _package(machine: Machine, scene: Scene) -> Package:
-    """Return the models of a scene, and of motors on dependent joints and of load-dependent friction."""
+    """Return the models of a scene, with those of motors on dependent joints and of load-dependent friction."""
     models = trace_models(machine, scene)
     more = [motor_coordinates(machine, models.folded)] if dependent_motors(machine) else []
     more += [passed_torques(machine, models.folded)] if machine.loaded else []
@@ -228,7 +228,7 @@ class CompiledMotionOnBase(CompiledMotion):
 
     @property
     def start(self) -> Array:
-        """y at the start."""
+        """The state y at the start."""
         state, base = self.reference.start, self.reference.base
         Q0 = base["Q0"] if "Q0" in base else quaternion(base["R0"].reshape(3, 3))
         own = state.q[self.free], base["P0"], Q0, state.qd[self.free], base["V0"]
@@ -236,7 +236,7 @@ class CompiledMotionOnBase(CompiledMotion):
 
     @property
     def of_motion(self) -> int:
-        """Entries of y before states of friction."""
+        """Number of entries of y before the states of friction."""
         return super().of_motion + 13
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
@@ -253,7 +253,7 @@ class CompiledMotionOnBase(CompiledMotion):
         return {self.orientation: turned, "P0": P0, "V0": y[:, self.of_motion - 6 : self.of_motion], "f0": wrench}
 
     def rate(self, t: float, y: Array, near: State) -> Array:
-        """Return y'."""
+        """Return the time derivative y' of the state."""
         motion = self.states(np.array([t]), y[None], near)
         rates_of_motion = self.accelerations(motion, y[None])
         f, (v, w), (a, wd) = len(self.free), np.split(motion.V0[0], 2), np.split(rates_of_motion["V0d"][0], 2)
@@ -262,5 +262,5 @@ class CompiledMotionOnBase(CompiledMotion):
         return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd, *rates_of_motion.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy by central differences."""
+        """Return the Jacobian dy'/dy by central differences."""
         return self.differences(t, y, near)

@@ -31,7 +31,7 @@ SAME = 1e-9
 
 
 class Sample(NamedTuple):
-    """Inputs and outputs of the controllers at a time t, s; arrays (m,) of motors, (states,) of zc."""
+    """Inputs and outputs of the sampled controllers at a time t, s; arrays (m,) by motor, (states,) for zc."""
 
     t: float
     measured: Array
@@ -47,7 +47,7 @@ class Sample(NamedTuple):
 
 @dataclass
 class Held:
-    """Torques (m,) of a zero-order hold from times on, s, and their samples."""
+    """Zero-order hold of torques (m,): the times, s, from which each applies, and the samples."""
 
     times: list[float] = field(default_factory=list)
     torques: list[Array] = field(default_factory=list)
@@ -61,10 +61,10 @@ class Held:
 
 
 class Sampling:
-    """The controllers of a motion: hold intervals, samples and their outputs."""
+    """Sampled controllers of a motion: hold intervals, samples and outputs."""
 
     def __init__(self, reference: Reference) -> None:
-        """Prepare the sampling; raises `InputError`."""
+        """Prepare the controllers; raises `InputError` for those that cannot be sampled."""
         self.reference = reference
         self.period = period_of(reference.drives, reference.machine.label)
         self.dead_times = [_dead_time(drive, self.period, reference.machine) for drive in reference.drives]
@@ -100,11 +100,11 @@ class Sampling:
 
     @property
     def _offsets(self) -> list[float]:
-        """Times after a sample at which torques change, including the sample."""
+        """Times after a sample at which torques change, including the sample itself."""
         return sorted({0.0, *(dead for dead in self.dead_times if dead < self.period)})
 
     def hold(self, number: int, t: float, read: Callable[[], tuple[Array, Array]]) -> None:
-        """Start the interval of this number at t: sample positions and velocities (m,), update due torques."""
+        """Start interval `number` at time t: sample positions and velocities (m,), update due torques."""
         offsets, history = self._offsets, self.held
         at = offsets[number % len(offsets)]
         torques = history.torques[-1].copy()
@@ -128,7 +128,7 @@ class Sampling:
 
 
 class SampledMotion(Sampling, DrivenMotion):
-    """The right-hand side of a motion between samples; y = [q; qd; z], torques of current loops in order of motors."""
+    """The right-hand side of a motion under sampled drives; y = [q; qd; z], z has states of current loops."""
 
     explicit = "RK45"
     """Intervals are short, and every one costs a start."""
@@ -145,7 +145,7 @@ class SampledMotion(Sampling, DrivenMotion):
         return [current_loop(drive, lag) for drive, lag in zip(self.reference.drives, self.lags, strict=True)]
 
     def begin(self, number: int, t: float, y: Array) -> None:
-        """Start the interval of this number at t with y: sample, and update due torques."""
+        """Start interval `number` at time t with state y: sample, and update due torques."""
 
         def read() -> tuple[Array, Array]:
             motion = self.states(np.array([t]), y[None], self.reference.at_start)

@@ -38,7 +38,7 @@ def is_sampled(reference: Reference) -> bool:
 
 
 def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -> CompiledSteps:
-    """Return the steps of some methods for a reference, under sampled drives or otherwise.
+    """Return compiled steps of some methods for a reference, with sampled or with continuous drives.
 
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
@@ -51,7 +51,7 @@ def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -
 
 
 class SampledSteps(CompiledSteps):
-    """Steps of some methods for the motors of a reference under their sampled drives."""
+    """Compiled time steps of some methods for the motors of a reference under sampled drives."""
 
     def __init__(
         self, reference: Reference, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE
@@ -61,7 +61,7 @@ class SampledSteps(CompiledSteps):
         self.sampling, self._measured = Sampling(reference), ControlledPositions(reference)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion by equally many steps in each interval; `steps` is a multiple of the intervals."""
+        """Return the motion, simulated by equally many steps per interval; `steps`, in all, is a multiple of these."""
         refuse_still(reference)
         sampling, run = self.sampling.copy_at_start(), self.runs[f"{self.name}_step_{method}_drives"]
         intervals = [*sampling.intervals]

@@ -110,7 +110,7 @@ class Simulating:
     def __init__(
         self, reference: Reference, request: Request, linear: tuple[LinearPath, tuple[int, ...]] | None = None
     ) -> None:
-        """Prepare a motion; `linear` is the linear model of a machine with more springs, and their entries of q."""
+        """Prepare a motion; `linear` is the linear model of a machine with more springs, and their entries in q."""
         self.reference, self.request, self._linear = reference, request, linear
         self.machine: Machine = reference.machine
         self._steps: dict[str, tuple[int, Mapping[str, float]]] = {}
@@ -118,7 +118,7 @@ class Simulating:
 
     @property
     def _free_joints(self) -> tuple[str, ...]:
-        """The pose of a freely moving base, and the positions of joints that are not prescribed."""
+        """Default outputs: pose of a freely moving base, and positions of joints without a prescribed motion."""
         exact = () if self.reference.servo else self.reference.motors
         joints = (f"{joint.name}.q" for joint in self.machine.independent_joints if joint.name not in exact)
         return (*COORDINATES[: self.machine.degrees_of_base], *joints)
@@ -183,11 +183,11 @@ class Simulating:
 
     @cached_property
     def poles(self) -> ComplexArray:
-        """Poles along the motion, rad/s; of a tree."""
+        """Poles along the motion, rad/s, of a machine without closed loops."""
         return poles(*(self._path or (linear_path(self.reference, (), PLACES), ())))
 
     def steps_of(self, method: Method) -> tuple[int, Mapping[str, float]]:
-        """Return the sufficient steps of a method by prediction, and the predicted errors."""
+        """Return the number of steps of a method that suffices by prediction, and the predicted errors."""
         if method.name not in self._steps:
             self._steps[method.name] = enough_steps(self, method, self.tolerance)
         return self._steps[method.name]
@@ -210,7 +210,7 @@ class Simulating:
         return largest_stable_step(method, self.poles)
 
     def in_periods(self, steps: int) -> int:
-        """Return at least as many steps, an integer number in each period."""
+        """Return at least `steps` steps, with an integer number in each period."""
         periods = self.intervals
         if self.request.period is not None:
             periods = math.lcm(periods, max(1, round(self.reference.duration / self.request.period)))
@@ -223,12 +223,12 @@ class Simulating:
 
     @cached_property
     def cost(self) -> StepCost:
-        """Operations of steps."""
+        """Operation counts of steps."""
         machine = self.reference.loaded
         return StepCost(between_samples(machine) if is_sampled(self.reference) else machine, ways_of(self.reference))
 
     def cheapest(self) -> str:
-        """Return the method with sufficient steps of the fewest operations."""
+        """Return the method that reaches the tolerances with the fewest operations."""
         return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
 
     def candidates(self) -> list[str]:
@@ -310,7 +310,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
 
 
 def refuse_period(simulating: Simulating) -> None:
-    """Raise `InputError` for a motion that is not a multiple of the period, or a period that is not one of the step."""
+    """Raise `InputError` unless the motion is a multiple of the period and the period a multiple of the step."""
     period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
     if period is None:
         return
@@ -325,7 +325,7 @@ def refuse_period(simulating: Simulating) -> None:
 
 
 def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:
-    """Return the first number of steps, and its predicted errors."""
+    """Return the initial number of steps, requested or predicted, and its predicted errors."""
     step, duration = simulating.request.step, simulating.reference.duration
     if step is None:
         first = simulating.in_periods(max(FIRST, in_detail(simulating.reference)))
@@ -365,14 +365,14 @@ def _refine(
 
 
 class Runs:
-    """Motions by one method, with different numbers of steps."""
+    """Simulation runs of a motion by one method, with different numbers of steps."""
 
     def __init__(self, simulating: Simulating, compiled: CompiledSteps, name: str, progress: Progress) -> None:
         self.simulating, self.compiled, self.method, self.progress = simulating, compiled, METHODS[name], progress
         self._found: dict[int, tuple[Trajectory, Motion, Array]] = {}
 
     def run(self, steps: int) -> tuple[Trajectory, Motion, Array]:
-        """Return states, motion and outputs; infinite if they diverge."""
+        """Return trajectory, motion and outputs of a run; infinite if it diverges."""
         if steps not in self._found:
             trajectory = self.compiled.run(self.simulating.reference, self.method.name, steps, self.progress)
             with np.errstate(all="ignore"):
@@ -381,7 +381,7 @@ class Runs:
         return self._found[steps]
 
     def errors(self, steps: int) -> dict[str, float]:
-        """Return the errors of outputs: differences to those at half the step, extrapolated by the order."""
+        """Return the errors of outputs, extrapolated from the differences to a run at half the step."""
         (coarse, _, rough), (fine, _, smooth) = self.run(steps), self.run(2 * steps)
         if not np.isfinite(fine.q).all():
             refuse_lost_loops(self.simulating.reference, fine)
@@ -389,7 +389,7 @@ class Runs:
         return dict(zip(self.simulating.names, errors.tolist(), strict=True))
 
     def tolerance(self, steps: int) -> dict[str, float]:
-        """Return the tolerances; by default from the run itself."""
+        """Return the tolerances; by default from the outputs of the run itself."""
         simulating = self.simulating
         if simulating.request.tolerance or simulating.is_predicted:
             return simulating.tolerance
@@ -446,7 +446,7 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
 
 
 class StepCost:
-    """Operations of steps of a machine for one kind of motors; all parameters are constants unless named."""
+    """Operation counts of steps of a machine for one kind of motor control; parameters not named are constants."""
 
     def __init__(self, machine: Machine, motors: Motors, folded: Sequence[str] | None = None) -> None:
         self.machine, self.motors = machine, motors
@@ -488,7 +488,7 @@ class StepCost:
 
     @cached_property
     def _of_motors(self) -> Program:
-        """Closed loops of drives, or positions and velocities of motors on dependent joints, under servos."""
+        """The program of closed drive loops, or of positions and velocities of servo motors on dependent joints."""
         models = closed_dynamics if self.motors is Motors.DRIVES else motor_coordinates
         return models(self.machine, self._folded).program
 
@@ -513,7 +513,7 @@ def _stages(method: Method) -> int:
 
 
 def _sums(method: Method) -> int:
-    """Return the number of nonzero coefficients of a step."""
+    """Return the number of nonzero coefficients of a method."""
     if isinstance(method, Midpoint):
         return 2 * method.iterations
     rows = [*(method.A if isinstance(method, Tableau) else method.a)]
@@ -552,7 +552,7 @@ def follow(reference: Reference, request: Request) -> Simulation:
 
 
 def _sampled_steps(reference: Reference, request: Request) -> int:
-    """Return the number of samples minus one."""
+    """Return the number of output samples minus one."""
     if request.step is None:
         refuse_unresolved(reference)
         return max(SAMPLES - 1, in_detail(reference))

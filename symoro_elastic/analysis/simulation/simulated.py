@@ -82,7 +82,7 @@ class Simulation(Result):
 
     @property
     def steps_of_period(self) -> int:
-        """Steps in a period of the controller; 0 without one."""
+        """Number of steps in a period of the controller; 0 without a period."""
         return round(self.period / self.trajectory.step) if self.period else 0
 
     @property
@@ -178,7 +178,7 @@ FORMS = ("kinetic", "gravity", "elastic")
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energies over a motion, J: `put_in` by motors and forces, `dissipated` by dampers and friction, `stored` more.
+    """Energies over a motion, J: work `put_in`, `dissipated` energy, and the increase of `stored` energy.
 
     `energies` (N, 3) are kinetic energy, that of gravity and that of springs at each time. `largest` is the largest
     kinetic and elastic energy meanwhile; `left_over` is what steps and samples lose or make.

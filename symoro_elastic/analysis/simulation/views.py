@@ -45,7 +45,7 @@ def _largest_deviation(run: Simulation) -> dict[str, float]:
 
 
 def _motor_figures(run: Simulation) -> dict[str, dict[str, float]]:
-    """Return peak and RMS torque, peak speed and power, and work of the motors, N m or N, W, J."""
+    """Return peak and RMS torque (N m or N), peak speed, peak power (W) and work (J) of the motors."""
     _, rates = run.reference.of_motors(run.motion)
     powers, t, figures = run.powers, run.motion.t, {}
     trapezoid = for_vibrations("scipy.integrate").trapezoid
@@ -220,7 +220,7 @@ def _lines(run: Simulation) -> list[str]:
 
 
 def _creeping(run: Simulation) -> list[str]:
-    """Return the creep of joints that dry friction holds, below the speed of its law."""
+    """Return lines on the creep of joints that dry friction holds, below the regularization speed."""
     machine, motion, values = (run.reference.machine, run.motion, given_values(run.reference.machine))
     trapezoid = for_vibrations("scipy.integrate").trapezoid
     lines = []

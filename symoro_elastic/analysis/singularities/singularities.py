@@ -33,7 +33,7 @@ MOST_OPERATIONS = 3000
 
 @dataclass(frozen=True)
 class SingularPosition:
-    """A zero of a factor of the determinant.
+    """A position at which a factor of the determinant is zero, with its consequences.
 
     `alike` names the joints whose velocities, in one ratio, leave the components still; `lost` the components that a
     wanted velocity must leave out there, each or one combination of them; both empty where no position was found.
@@ -47,7 +47,7 @@ class SingularPosition:
 
     @property
     def sentence(self) -> str:
-        """The consequence at this position, in one sentence."""
+        """Consequence of the singularity at this position, in one sentence."""
         if not self.alike:
             return f"{self.condition}: no such position was found"
         alike, lost = enumeration(self.alike), enumeration(self.lost)
@@ -75,7 +75,7 @@ class Singularities(Result):
 
 @dataclass(frozen=True)
 class Task:
-    """Joint variables of a machine with their units, joints that move some components of a frame, parameters."""
+    """Input of the analysis: joint variables with units, joints that move frame components, parameters."""
 
     source: str
     variables: Mapping[str, str]
@@ -91,7 +91,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Samples:
-    """The Jacobian of a frame at single positions; some of its rows and columns."""
+    """Evaluation of some rows and columns of the Jacobian of a frame at single positions."""
 
     jacobian: Any
     rows: tuple[int, ...]
@@ -144,7 +144,7 @@ def _zero_of(factor: Any, variables: Sequence[str], values: Mapping[str, float])
 
 
 def _meaning(J: Array, task: Task) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Joints of the velocities that do not move the components, and components of the lost velocity."""
+    """Joints of the null-space velocity, and components of the lost velocity, of a singular Jacobian."""
     U, _, right = np.linalg.svd(J)
     alike = tuple(name for name, x in zip(task.joints, right[-1], strict=True) if abs(x) > NEGLIGIBLE)
     lost = tuple(name for name, x in zip(task.components, U[:, -1], strict=True) if abs(x) > NEGLIGIBLE)
@@ -156,7 +156,7 @@ class TooLong(ArithmeticError):
 
 
 def factors(determinant: Any, angles: Sequence[sympy.Symbol]) -> tuple[Any, list[Any]]:
-    """Return the factor of a determinant without joint variables, and the others; raises `TooLong`."""
+    """Return the factor of a determinant without joint variables, and the other factors; raises `TooLong`."""
     expanded = sympy.expand_trig(determinant)
     halves = {q: sympy.Dummy(f"t_{q}") for q in angles if expanded.has(q)}
     if not halves:
@@ -177,7 +177,7 @@ def factors(determinant: Any, angles: Sequence[sympy.Symbol]) -> tuple[Any, list
 
 
 def _in_angle(parts: Sequence[Any], t: sympy.Symbol, q: sympy.Symbol, missing: int) -> list[Any]:
-    """Factors in the sine and cosine of q in place of tan(q/2); `missing` counts zeros at infinity."""
+    """Factors with tan(q/2) replaced by the sine and cosine of q; `missing` counts zeros at infinity."""
     degrees = [(part, sympy.degree(part, t)) for part in parts]
     odd = sorted((x for x in degrees if x[1] % 2), key=lambda x: sympy.count_ops(x[0]))
     pairs = [x for x in degrees if not x[1] % 2]
@@ -193,7 +193,7 @@ def _in_angle(parts: Sequence[Any], t: sympy.Symbol, q: sympy.Symbol, missing: i
 
 
 def _in_sine_and_cosine(part: Any, degree: int, t: sympy.Symbol, q: sympy.Symbol) -> Any:
-    """A polynomial of an even degree in tan(q/2), times cos(q/2)^degree."""
+    """A polynomial of even degree in tan(q/2) times cos(q/2)^degree, in the sine and cosine of q."""
     if not degree:
         return part
     S, C = sympy.sin(q), sympy.cos(q)
@@ -206,7 +206,7 @@ def _in_sine_and_cosine(part: Any, degree: int, t: sympy.Symbol, q: sympy.Symbol
 
 
 def _normal(constant: Any, parts: Sequence[Any], angles: Sequence[Any]) -> tuple[Any, list[Any]]:
-    """Move numbers, signs and constant factors to the constant; sums of products become sines of sums."""
+    """Move numbers, signs and constant factors to the constant; combine sums of products into sines of sums."""
     normal: list[Any] = []
     for part in parts:
         number, factor = part.as_content_primitive()
@@ -222,7 +222,7 @@ def _normal(constant: Any, parts: Sequence[Any], angles: Sequence[Any]) -> tuple
 
 
 def condition(factor: Any) -> str:
-    """Return the zeros of a factor in words: `q5 = 0 or pi`, `L4*sin(q2 + q3) = D3*cos(q2)`."""
+    """Return the condition for a zero of a factor as text: `q5 = 0 or pi`, `L4*sin(q2 + q3) = D3*cos(q2)`."""
     for function, values in ((sympy.sin, "0 or pi"), (sympy.cos, "pi/2 or -pi/2")):
         if factor.func is function:
             return f"{factor.args[0]} = {values}"

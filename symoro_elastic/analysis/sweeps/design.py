@@ -37,7 +37,7 @@ class Design:
         return bool(self.lengths)
 
     def along(self, k: int) -> Array:
-        """Return the values of a quantity in the order of the grid."""
+        """Return the values of the k-th quantity in the order of the grid."""
         index = [slice(None) if j == k else 0 for j in range(len(self.lengths))]
         return np.asarray(self.points[:, k].reshape(self.lengths)[tuple(index)])
 
@@ -95,7 +95,7 @@ def _refuse_many(count: int, axes: int, option: str, way_out: str) -> None:
 
 
 def _shares(count: int, dimensions: int, sampling: str, seed: int) -> Array:
-    """Return points (count, dimensions) between 0 and 1, ends excluded, the same for a seed."""
+    """Return points (count, dimensions) between 0 and 1, both excluded, reproducible by the seed."""
     if sampling == "random":
         points = np.random.default_rng(seed).random((count, dimensions))
     else:

@@ -43,7 +43,7 @@ def digest(*parts: object) -> str:
 
 
 class _Words:
-    """Data of any kind as bytes, equal for equal data; a `repr` may omit parts."""
+    """Conversion of data of any kind to bytes, equal for equal data; a `repr` may omit parts."""
 
     def __init__(self) -> None:
         self.module = ""

@@ -50,7 +50,7 @@ def _(sweep: Sweep) -> dict[str, Plot | str]:
 
 
 def _together(names: Sequence[str]) -> str:
-    """The name of a picture of several results: their common prefix."""
+    """Name of a plot of several results: their common prefix."""
     if len(names) == 1:
         return names[0]
     alike = next((k for k, x in enumerate(zip(*names, strict=False)) if len({*x}) > 1), min(map(len, names)))

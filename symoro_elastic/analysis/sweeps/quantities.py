@@ -37,7 +37,7 @@ class Quantity:
     of_drive: bool = False
 
     def fault(self, x: float) -> str:
-        """Return why its cells cannot have the value x; empty for a valid one."""
+        """Return why the machine's cells cannot have the value x of this quantity; empty for a valid one."""
         return next((what for cell in self.cells if (what := _fault(cell, x))), "")
 
 
@@ -83,13 +83,13 @@ def _with_range(machine: Machine, limits: Limits, quantity: Quantity, over: Axis
 
 
 def split(swept: Sequence[Quantity], row: Sequence[float]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return values of parameters and positions of joints at a point."""
+    """Return the values of parameters and the positions of joints at a point of the design."""
     pairs = list(zip(swept, row, strict=True))
     return {x.key: v for x, v in pairs if not x.is_position}, {x.key: v for x, v in pairs if x.is_position}
 
 
 def impossible(swept: Sequence[Quantity], row: Sequence[float]) -> str:
-    """Return why a machine cannot have these values; empty for valid ones."""
+    """Return why a machine cannot have the values of a point; empty for valid ones."""
     return ", ".join(f"{x.name} {what}" for x, v in zip(swept, row, strict=True) if (what := x.fault(v)))
 
 

@@ -80,7 +80,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """A quantity with a normal or log-normal distribution, the latter of median `middle`."""
+    """A quantity with a normal or log-normal distribution; `middle` is the mean or the median."""
 
     middle: float
     deviation: float
@@ -96,13 +96,13 @@ class Normal:
 
 @dataclass(frozen=True)
 class OfMachine:
-    """A quantity in the machine's range named by `word`: in `count` steps, or randomly."""
+    """A quantity over the machine's range named by `word`: in `count` steps, or uniformly distributed."""
 
     word: str
     count: int | None = None
 
     def between(self, bounds: Range) -> Steps | Uniform:
-        """Return the axis over a range."""
+        """Return steps or a uniform distribution over a range."""
         return Uniform(bounds.low, bounds.high) if self.count is None else Steps(bounds.low, bounds.high, self.count)
 
 
@@ -113,7 +113,7 @@ AxisLike: TypeAlias = str | float | Sequence[float]
 
 
 def axis(name: str, written: AxisLike) -> Axis:
-    """Return the axis of a quantity; raises `InputError` for an invalid one."""
+    """Return the axis (steps, values or distribution) of a quantity; raises `InputError` for an invalid one."""
     try:
         parsed = _of_text(written) if isinstance(written, str) else Values(_numbers(written))
         _refuse(parsed)
@@ -124,13 +124,13 @@ def axis(name: str, written: AxisLike) -> Axis:
 
 
 def python_text(value: object) -> str:
-    """Return how Python writes a value, on one line of at most 60 characters."""
+    """Return a value as Python source, on one line of at most 60 characters."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _numbers(written: float | Sequence[float]) -> tuple[float, ...]:
-    """Return numbers of Python or numpy; raises `ValueError`."""
+    """Return a number, a sequence or an array as a tuple of floats; raises `ValueError`."""
     values = np.ravel(written).tolist() if isinstance(written, np.ndarray) else written
     listed = [values] if isinstance(values, Real) else values
     if isinstance(listed, Mapping) or not isinstance(listed, Sequence):
@@ -142,7 +142,7 @@ def _numbers(written: float | Sequence[float]) -> tuple[float, ...]:
 
 
 def _of_text(text: str) -> Axis:
-    """Return the axis in a text; raises `ValueError`."""
+    """Return the axis described by a text, as on the command line; raises `ValueError`."""
     *words, last = (word.strip() for word in text.split(","))
     log = last == LOG
     words = words if log else [*words, last]

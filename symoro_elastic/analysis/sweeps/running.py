@@ -66,7 +66,7 @@ _task: Task | None = None
 
 @dataclass(frozen=True)
 class Workplace:
-    """Workers of the points: this process, `workers` processes (0: one per core), or those of a scheduler."""
+    """Where points are computed: in this process, `workers` processes (0: one per core), or by a scheduler."""
 
     workers: int = 1
     scheduler: str | None = None
@@ -274,7 +274,7 @@ class Cluster:
                         lost += [[point] for point in part]
 
     def _results(self, client: Any, task: Any, parts: list[Numbered]) -> Iterator[tuple[Numbered, Computed | None]]:
-        """Yield the outcomes of parts; None if each worker of a part has died."""
+        """Yield the outcomes of parts of the points; None if each worker that had a part has died."""
         distributed = _dask()
         submitted = self._given(lambda: [client.submit(Task.outcomes, task, part, pure=False) for part in parts])
         running = dict(zip(submitted, parts, strict=True))
@@ -289,7 +289,7 @@ class Cluster:
                 yield running.pop(future), computed
 
     def _done(self, client: Any, running: list[Any]) -> list[Any]:
-        """Return the finished parts, at least one."""
+        """Return the finished parts, at least one; raises `InputError` without workers."""
         idle = time.monotonic()
         while True:
             try:
@@ -325,7 +325,7 @@ class Cluster:
             yield client
 
     def _given(self, send: Any) -> Any:
-        """Return the object on the cluster; raises `InputError` if it cannot be sent."""
+        """Return an object sent to the cluster; raises `InputError` if it cannot be sent."""
         try:
             return send()
         except (TypeError, AttributeError, ValueError) as error:
@@ -398,7 +398,7 @@ class Processes:
             yield from self._one_by_one({number: points_left.pop(number) for part in lost for number, _ in part})
 
     def _one_by_one(self, suspects: dict[int, Sequence[float]]) -> Iterator[Computed]:
-        """Yield the outcomes of points, among them one that may end its process, which is then skipped."""
+        """Yield the outcomes of `suspects`, points one of which may end its process and is then skipped."""
         deaths: Counter[int] = Counter()
         while suspects:
             lost = yield from self._until_one_dies(suspects, 1, 1)
@@ -419,7 +419,7 @@ class Processes:
     def _until_one_dies(
         self, points_left: dict[int, Sequence[float]], size: int, workers: int
     ) -> Generator[Computed, None, list[Numbered]]:
-        """Yield outcomes and remove their points from `points_left`; return the parts that a death left unfinished."""
+        """Yield outcomes and remove their points from `points_left`; return parts unfinished when a process dies."""
         points = list(points_left.items())
         parts = [points[k : k + size] for k in range(0, len(points), size)]
         running: dict[Future[Computed], Numbered] = {}
@@ -470,7 +470,7 @@ def _ready(running: dict[Future[Computed], Numbered]) -> Iterator[Computed]:
 
 
 def _context() -> BaseContext:
-    """Return the start method of processes: fork if it is safe, which needs no import and trace."""
+    """Return the multiprocessing context: fork if this process has one thread on Linux, else spawn."""
     alone = sys.platform == "linux" and threading.active_count() == 1
     return multiprocessing.get_context("fork" if alone else "spawn")
 

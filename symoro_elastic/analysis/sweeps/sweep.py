@@ -198,7 +198,7 @@ class Influence:
 
     @property
     def title(self) -> str:
-        """Meaning of the numbers."""
+        """Title of the table of influences: the meaning of its numbers."""
         if self.slopes is None:
             return "influence: correlation of ranks"
         return "influence: share of the range / per cent by per cent"
@@ -256,7 +256,7 @@ def _of_grid(design: Design, figure: Array) -> tuple[Array, Array]:
 
 
 def _means(rows: Array) -> Array:
-    """Return the mean of every row over its numbers; NaN without any."""
+    """Return the mean of each row without its NaN; NaN for a row without numbers."""
     there = ~np.isnan(rows)
     count = there.sum(axis=1)
     return np.asarray(np.where(count > 0, np.where(there, rows, 0.0).sum(axis=1) / np.maximum(count, 1), np.nan))
@@ -278,7 +278,7 @@ def _of_sample(design: Design, figure: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Share:
-    """Of `points`, the number `within` the range low to high of a result; `interval` of the probability."""
+    """Fraction of points with a result in its range: number `within` of `points`, and its confidence interval."""
 
     name: str
     low: float
@@ -296,7 +296,7 @@ class Share:
 def shares(
     design: Design, figures: Mapping[str, Array], required: Mapping[str, tuple[float, float]]
 ) -> tuple[Share, ...]:
-    """Return the share for each result, and that of points with all results within their ranges.
+    """Return the fraction of points within its range for each result, and that within all ranges.
 
     `required` are ranges by name of a result, or by pattern. A point without a result is not within. Raises
     `InputError` for a name that no result has.
@@ -330,7 +330,7 @@ def _share(design: Design, name: str, low: float, high: float, inside: BoolArray
 
 @cache
 def interval_of(within: int, points: int) -> tuple[float, float]:
-    """Return the interval of Clopper and Pearson of a probability, from `within` of `points` draws."""
+    """Return the Clopper-Pearson confidence interval of a probability, from `within` of `points` draws."""
     test = import_optional("scipy.stats", "an interval of confidence", "sweep").binomtest(within, points)
     interval = test.proportion_ci(CONFIDENCE, "exact")
     return float(interval.low), float(interval.high)

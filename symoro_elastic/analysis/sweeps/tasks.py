@@ -17,7 +17,7 @@ LONGEST_REASON = 300
 
 @dataclass(frozen=True)
 class Outcome:
-    """Results of a point by name; without any, the reason."""
+    """Results at a point by name; if there are none, the reason of the failure."""
 
     figures: dict[str, float] = field(default_factory=dict)
     reason: str = ""

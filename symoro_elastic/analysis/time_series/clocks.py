@@ -25,7 +25,7 @@ SMOOTHER = 0.5  # roughness of positions by an even clock over that by stamps
 
 
 def tidy(record: Measurements, machine: Machine) -> Measurements:
-    """Return the record without damaged and repeated rows, at times of its samples, with a line for each change.
+    """Return the record on an even clock, without damaged and repeated rows, with a note on each change.
 
     Raises `InputError` for time that goes back or stands still, and columns that are hardly ever numbers.
     """
@@ -46,7 +46,7 @@ def pieces(record: Measurements, longest: float) -> list[Measurements]:
 
 
 def missing_samples(record: Measurements) -> BoolArray:
-    """Return the steps (N - 1) in which at least one sample is missing."""
+    """Return a mask (N - 1) of the steps in which at least one sample is missing."""
     return np.asarray(np.diff(record.t) > GAP * record.period)
 
 
@@ -101,7 +101,7 @@ def _without_repeated(record: Measurements) -> Measurements:
 
 
 def _at_even_times(record: Measurements) -> Measurements:
-    """Return the record at the times of an even clock, if positions are smoother by it than by its stamps."""
+    """Return the record at the times of an even clock, if positions are then smoother than by their time stamps."""
     if record.is_even:
         return record
     best, t = _roughness(record.t, record.q), record.t
@@ -117,7 +117,7 @@ def _at_even_times(record: Measurements) -> Measurements:
 
 
 def _counts(t: Array) -> Iterator[Array]:
-    """Yield possible tick numbers of an even clock at the samples: all, or some."""
+    """Yield possible tick numbers of the samples on an even clock: consecutive, or with gaps."""
     yield np.arange(len(t), dtype=float)
     usual = float(np.median(np.diff(t)))
     ticks = np.round((t - t[0]) / usual) if usual > 0 else np.zeros(len(t))

@@ -36,7 +36,7 @@ LATE = 1.5  # usual steps of time: longer ones are gaps
 
 
 def stays(x: Array) -> BoolArray:
-    """Return which samples (N) stay at an end of a column's range, as if clipped, or do not change.
+    """Return a mask of samples (N) at an end of a column's range, as if clipped, or that do not change.
 
     A column of a few values is a command, and zero is never an end. Quantization, peaks, and a few samples beyond
     an end, such as spikes that were repaired, are allowed for; a column that repeats no other value has no steps, and
@@ -72,7 +72,7 @@ def stays(x: Array) -> BoolArray:
 
 
 def frozen(x: Array) -> BoolArray:
-    """Return which samples (N) of a position are constant during motion, as beyond the range of a sensor.
+    """Return a mask of samples (N) of a position that are constant during motion, as beyond a sensor's range.
 
     A joint that comes to rest slows down before it stands: there the position bends no more than elsewhere.
     """
@@ -95,7 +95,7 @@ def frozen(x: Array) -> BoolArray:
 
 
 def repetitions(x: ComplexArray) -> BoolArray:
-    """Return which lines (N) repeat the previous one in long stretches, as in padded files."""
+    """Return a mask of lines (N) that repeat the previous one in long stretches, as in padded files."""
     same = np.concatenate([[False], (x[1:] == x[:-1]) & (x[1:] != 0)])
     starts = np.flatnonzero(~same)
     lengths = np.diff(np.append(starts, len(x)))
@@ -103,14 +103,14 @@ def repetitions(x: ComplexArray) -> BoolArray:
 
 
 def neighbourhood(marked: BoolArray, reach: int) -> BoolArray:
-    """Return the marked samples (N), and `reach` neighbours to each side."""
+    """Return a mask of the marked samples (N) and their `reach` neighbours on each side."""
     near = np.convolve(marked, np.ones(2 * reach + 1), mode="same") if reach else marked
     return np.asarray(near > 0.5)
 
 
 @dataclass(frozen=True)
 class Wraps:
-    """Jumps of a counter that wraps: their number, the first sample after one (from 0), and the period."""
+    """Jumps of a wrapping counter: their number, the first sample after a jump (from 0), and the period."""
 
     count: int
     first: int

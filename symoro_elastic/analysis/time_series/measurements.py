@@ -128,7 +128,7 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
 def check(
     measured: Measurements, machine: Machine, trusted: frozenset[str] = frozenset(), must_be_even: bool = True
 ) -> Measurements:
-    """Return the measurements with warnings; raises `InputError` for unsuitable ones.
+    """Return the measurements with warnings added; raises `InputError` for unsuitable ones.
 
     Columns named in `trusted` are taken to be in their unit. Unless sampling `must_be_even` it may have gaps.
     """

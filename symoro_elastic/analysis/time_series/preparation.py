@@ -23,7 +23,7 @@ FASTER = 1.01  # than measured
 
 @dataclass(frozen=True)
 class Preparation:
-    """First and last time (s) in use, new sampling frequency (Hz), torque per column unit by motor."""
+    """Options to prepare a record: first and last time (s), sampling frequency (Hz), torque per unit by motor."""
 
     first: float | None = None
     last: float | None = None
@@ -31,7 +31,7 @@ class Preparation:
     gains: Mapping[str, float] = field(default_factory=dict)
 
     def refuse(self, machine: Machine) -> None:
-        """Raise `InputError` for options that are invalid for any record."""
+        """Raise `InputError` for options that are invalid whatever the record."""
         for name, gain in self.gains.items():
             motors = [joint.name for joint in machine.motor_joints]
             if name not in motors:
@@ -91,7 +91,7 @@ class Preparation:
 
 
 def _coarse(record: Measurements, machine: Machine) -> list[str]:
-    """Return a warning for positions in integer encoder steps, few per sample."""
+    """Return a warning if an encoder resolution is coarse compared with the motion per sample."""
     steps = [resolution_of(q) for q in record.q.T]
     crossed = np.sqrt(np.mean(np.diff(record.q, axis=0) ** 2, axis=0))
     joints = machine.independent_joints
@@ -104,7 +104,7 @@ def _coarse(record: Measurements, machine: Machine) -> list[str]:
 
 
 def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:
-    """Return which new times, or means over `wide` s about them, lie in steps too long for interpolation."""
+    """Return a mask of new times, or of averaging windows of `wide` s, in gaps too long for interpolation."""
     inside, margin = np.zeros(len(new), dtype=bool), 1e-6 * longest
     for k in np.flatnonzero(np.diff(old) > longest):
         inside |= (new + wide / 2 > old[k] + margin) & (new - wide / 2 < old[k + 1] - margin)
@@ -112,7 +112,7 @@ def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:
 
 
 def _resample(old: Array, x: Array, new: Array, wide: float) -> Array:
-    """Return x (N, k) at other times by linear interpolation, or its means over `wide` s about them."""
+    """Return x (N, k) at new times by linear interpolation, or its means over windows of `wide` s."""
     if not wide:
         columns = [np.interp(new, old, column) for column in x.T]
         return np.array(columns).T.reshape(len(new), x.shape[1])

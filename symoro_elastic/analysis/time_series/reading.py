@@ -42,7 +42,7 @@ from symoro_elastic.quantities.unit_reader import is_unit
 
 
 class Columns(dict[str, Array]):
-    """Arrays of a file by name; `notes` are lines about omitted data."""
+    """Columns of a file by name; `notes` are lines about omitted data."""
 
     notes: tuple[str, ...] = ()
 
@@ -149,7 +149,7 @@ def _columns(path: Path, text: io.TextIOWrapper, may_be_empty: bool) -> Columns:
 
 
 def place_of_sample(path: str | Path, sample: int) -> str:
-    """Name the place of a sample, counted from 0: its line in a .csv file too."""
+    """Return where a sample, counted from 0, is in a file: also its line in a .csv file."""
     place, path = f"sample {sample + 1}", Path(path)
     if path.suffix.lower() == ".npz":
         return place
@@ -184,7 +184,7 @@ def _table(path: Path, text: io.TextIOWrapper) -> tuple[list[str], Rows, bool]:
 
 
 def _place_of_header(heads: Sequence[tuple[int, list[str]]], numbers: Sequence[str]) -> int:
-    """Return the index of the header among the lines above the first numbers; the first by default."""
+    """Return the index of the header among the lines before the first numbers; the first line by default."""
     counts = {len(numbers), len(_cut_to(0, numbers))}
     may_be = [
         (k, cells)
@@ -199,13 +199,13 @@ def _place_of_header(heads: Sequence[tuple[int, list[str]]], numbers: Sequence[s
 
 
 def _cut_to(count: int, cells: Sequence[str]) -> list[str]:
-    """Return cells without empty ones at the end beyond a count: a separator may end a line."""
+    """Return cells without empty ones at the end beyond `count`: a separator may end a line."""
     last = max((k for k, cell in enumerate(cells, start=1) if cell.strip()), default=1)
     return list(cells[: max(count, last)])
 
 
 def _text(file: BinaryIO) -> io.TextIOWrapper:
-    """Return a file as text."""
+    """Return a text stream on a binary file, with the encoding detected."""
     start = file.read(MOST_IN_LINE)
     file.seek(0)
     return io.TextIOWrapper(file, newline="", encoding=_encoding(start))
@@ -253,7 +253,7 @@ def _with_points(path: Path, line: int, row: Sequence[str], decimals: Decimals) 
 
 
 def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
-    """Return the names of the columns."""
+    """Return the names of the columns from a header row."""
     header, place = [name.strip() for name in _cut_to(0, row)], f"line {line}"
     if not any(header):
         raise _error(path, NO_SAMPLES)

@@ -17,7 +17,7 @@ OFF_STEPS = 0.1  # of a step, rms, that changes are off whole multiples; 0.29 wi
 
 
 def resolution_of(x: Array) -> float:
-    """Return the step of which all changes of x (N) are integer multiples, zero without one.
+    """Return the step of which all changes of x (N) are integer multiples; zero if there is none.
 
     The step of values rounded to decimals is found, too, where it is several times their last digit.
     """

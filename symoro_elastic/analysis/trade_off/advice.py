@@ -24,7 +24,7 @@ STANDARD = "-std=c99"
 
 @dataclass(frozen=True)
 class Advice:
-    """The fastest configurations within a tolerance by model, all of one build; those of one state a call.
+    """The fastest configurations of one build within a tolerance, by model; also for calls with one state.
 
     `one_state` is empty where the fastest are such calls, or where no such call is within the tolerance.
     """
@@ -59,7 +59,7 @@ def advice(
 
 
 def _nearest(measurement: Measurement, tolerance: float) -> str:
-    """Return a bound that is above a tolerance as text; with the measured error where only that is within it."""
+    """Return the error bound as text, with the measured error if only the latter is within the tolerance."""
     if not math.isfinite(measurement.bound):
         return "without a bound (measure at more --states)"
     within = f" (worst of {measurement.errors.judged} states {measurement.error:.1e}: measure at more --states)"
@@ -69,7 +69,7 @@ def _nearest(measurement: Measurement, tolerance: float) -> str:
 def _of_one_build(
     measurements: Iterable[Measurement], models: Sequence[str], tolerance: float, with_fast_math: bool
 ) -> tuple[Measurement, ...]:
-    """Return the fastest configurations by model, of one package and one library; empty where no build has all."""
+    """Return the fastest configurations by model, all of one package and library; empty if no build has all."""
     groups: dict[Any, list[Measurement]] = {}
     for x in measurements:
         c, form = x.configuration, x.configuration.form

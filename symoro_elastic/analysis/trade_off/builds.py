@@ -44,7 +44,7 @@ class Build:
 
     @property
     def words(self) -> str:
-        """Compiler and flags as a table names them."""
+        """Compiler and flags as text for a table."""
         return " ".join([Path(self.compiler[0]).name, *(FLAG_NAMES[flag] for flag in self.flags if flag in FLAG_NAMES)])
 
     def options(self, package: str) -> Flags:
@@ -66,7 +66,7 @@ def compilers() -> list[Flags]:
 
 
 def takes(compiler: Flags, flags: Sequence[str], text: str = PROBE) -> bool:
-    """Return whether a compiler accepts flags, and a source text with them."""
+    """Return whether a compiler accepts flags, with a source text."""
     with temporary_folder() as folder:
         try:
             compile_library({"probe.c": text}, Path(folder), compiler, flags)
@@ -102,7 +102,7 @@ def flag_sets(compiler: Flags) -> tuple[FlagSets, list[str]]:
 
 
 def builds(compiler: Flags, sets: FlagSets, effort: str, is_first: bool, is_other_way: bool) -> list[Build]:
-    """Return the builds of a formulation with one compiler, the most informative first; the first one varies most."""
+    """Return the builds of a formulation with one compiler, most informative first; more if it `is_first`."""
     if effort == EXHAUSTIVE:
         sets_of_flags = dict.fromkeys((sets.best, *sets.every))
         every = [(precision, flags) for precision in PRECISIONS.values() for flags in sets_of_flags]

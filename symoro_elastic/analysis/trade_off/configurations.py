@@ -42,17 +42,17 @@ class Configuration:
 
     @property
     def words(self) -> str:
-        """Formulation, precision, compiler and call, as a table names them."""
+        """Formulation, precision, compiler and call as text for a table."""
         return f"{self.form.words}; {self.precision.name}; {self.made_by}; {self.call}"
 
     @property
     def is_safe(self) -> bool:
-        """Whether it may be advised: not with -ffast-math."""
+        """Whether the configuration may be advised: not with -ffast-math."""
         return self.build is None or self.build.is_safe
 
     @property
     def is_slow(self) -> bool:
-        """Whether it is too slow, or too slow to judge, for tens of thousands of states."""
+        """Whether the configuration, or the computation of its errors, is too slow for tens of thousands of states."""
         return self.precision.is_pair or (self.build is None and self.call == SINGLE_CALL)
 
 
@@ -69,12 +69,12 @@ class Measurement:
 
     @property
     def build(self) -> Build | None:
-        """Its compiler and flags; None for numpy."""
+        """Compiler and flags of the configuration; None for numpy."""
         return self.configuration.build
 
     @property
     def ns(self) -> float:
-        """Median time of a state."""
+        """Median time per state, ns."""
         return self.time.median
 
     @property
@@ -84,7 +84,7 @@ class Measurement:
 
     @property
     def bound(self) -> float:
-        """Bound on the errors at states that were not tried, relative to the largest entry of a result."""
+        """Bound on the errors at untested states, relative to the largest entry of a result."""
         return self.errors.bound
 
     @property
@@ -94,7 +94,7 @@ class Measurement:
 
 
 def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> list[Measurement]:
-    """Return the Pareto front, fastest first: no other configuration is faster and as accurate, or nearly so.
+    """Return the Pareto front of time and error, fastest first; nearly equal accuracy counts as equal.
 
     Configurations with -ffast-math are on it only if `with_fast_math` allows them.
     """
@@ -108,13 +108,13 @@ def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> 
 def fastest_within(
     measurements: Iterable[Measurement], tolerance: float, with_fast_math: bool = False
 ) -> Measurement | None:
-    """Return the fastest configuration with a bound on errors at other states within a tolerance, or None."""
+    """Return the fastest configuration whose error bound at untested states is within a tolerance, or None."""
     good = [x for x in _advisable(measurements, with_fast_math) if x.bound <= tolerance]
     return min(good, key=lambda x: x.ns, default=None)
 
 
 def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
-    """Return the configuration with the smallest bound on errors, the fastest of several."""
+    """Return the configuration with the smallest error bound, the fastest if several have it."""
     advisable = _advisable(measurements, with_fast_math)
     return min(advisable, key=lambda x: (math.inf if math.isnan(x.bound) else x.bound, x.ns))
 
@@ -133,7 +133,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Time:
-    """ns a state: median and best of the rounds."""
+    """Time per state, ns: median and best of the rounds."""
 
     median: float
     best: float

@@ -117,20 +117,20 @@ class _Motion:
         self._moves = _movers(self.package, folder, bool(self.closing))
 
     def _start(self) -> States:
-        """A state near the neutral position of the springs, whose numbers single precision holds; no motor pushes."""
+        """A start state near the springs' neutral positions, exact in single precision; no motor acts."""
         state = moderate_states(self.machine, 2, values=dict(self.values))[1:2]
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
         return self._with_loops_closed(state.with_blocks(**single, tau=np.zeros_like(state.tau)))
 
     def _with_loops_closed(self, states: States) -> States:
-        """The states with loops closed to more digits, where they have no closed form."""
+        """The states with loops closed more accurately, if they have no closed form."""
         for model in self.closing:
             closed = State(evaluate_arrays(model, states, self.values, EXTENDED))
             states = states.with_blocks(**closed.only(states.blocks))
         return states
 
     def small_step(self) -> tuple[float, AnyArray]:
-        """The step at which the drift is rounding alone, and the energies with it."""
+        """The step whose energy drift is caused by rounding alone, and the energies with it."""
         step = LARGEST_TURN / self._fastest_rate()
         for _ in range(HALVINGS):
             energies = self.energies(STATE_FORMATS[0], step)
@@ -157,7 +157,7 @@ class _Motion:
         return max(rate, 1.0)
 
     def energies(self, form: StateFormat, step: float) -> AnyArray:
-        """The energy at the start and at `SAMPLES` times, J; dependent variables without closed form go along."""
+        """Energies at the start and at `SAMPLES` times of the motion, J, by steps in a format of the state."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
         carried = self.start[0].only(row.name for row in rows_carried(self.machine))
         x = np.concatenate([*carried.values()]).astype(dtype)
@@ -176,7 +176,7 @@ class _Motion:
 
 
 def _movers(package: Package, folder: Path, assembles: bool) -> dict[str, Any]:
-    """The compiled functions that move a state by many steps, by precision."""
+    """The compiled functions that advance a state by many steps, by precision."""
     precisions = {form.precision.name: form.precision for form in STATE_FORMATS}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         functions = pool.map(lambda x: _mover(package, x, folder / x.name, assembles), precisions.values())

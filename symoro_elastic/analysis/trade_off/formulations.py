@@ -25,7 +25,7 @@ MOST_OPERATIONS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
-    """One way to write the requested models; `traced` by the requested name, `values` of its parameters."""
+    """A formulation of the requested models; `traced` by requested name, `values` of its parameters."""
 
     way: str
     base: bool
@@ -38,12 +38,12 @@ class Formulation:
 
     @property
     def words(self) -> str:
-        """Its name in tables."""
+        """Name of the formulation in tables."""
         options = {"base parameters": self.base, "folded": self.folded, "angles summed": self.merged}
         return ", ".join([self.way, *(name for name, chosen in options.items() if chosen)])
 
     def count(self, model: str) -> OperationCount:
-        """Operations of a call."""
+        """Return the operation count of a call of a model."""
         return self.traced[model].program.count
 
 
@@ -62,7 +62,7 @@ def refuse_stateless(machine: Machine, scene: Scene) -> None:
 
 
 def formulations(machine: Machine, scene: Scene, values: Values) -> tuple[list[Formulation], list[str]]:
-    """All formulations of the models that a scene asks of a machine, the plainest first; notes on omitted ones.
+    """All formulations of the requested models of a machine, the plainest first; notes on omitted ones.
 
     Raises `InputError` for a machine or scene that cannot be generated, or is too large to be compiled.
     """
@@ -113,7 +113,7 @@ def _with_base_parameters(machine: Machine, values: Values, notes: list[str]) ->
 
 
 def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
-    """The models of a scene without its steps; `ways` names the models that replace the requested ones."""
+    """Trace the models of a scene without its steps; `ways` names models that replace requested ones."""
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
@@ -132,7 +132,7 @@ def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[s
 
 
 def _by_matrix(machine: Machine, scene: Scene, values: Values) -> list[Formulation]:
-    """The formulations of the asked models by the inertia matrix, if there are any."""
+    """The formulations of the requested models by the inertia matrix, if there are any."""
     requested = asked_models(scene)
     ways = {model.other_way_of: name for name, model in MODELS.items() if model.other_way_of in requested}
     outputs = {name: joints for name, joints in scene.outputs.items() if name in ways}

@@ -64,13 +64,13 @@ class GuaranteedPoint:
 
     @property
     def total(self) -> float:
-        """The sum of both parts, of the tolerance: never less than the error of both together."""
+        """Sum of both errors relative to the tolerance, an upper bound of the error of both together."""
         return self.rounding.value + self.terms.value
 
 
 @dataclass(frozen=True, repr=False)
 class GuaranteedCurve(Result):
-    """The points of a model, and the path through them: numbers of points from the whole model to the advised one."""
+    """The points of a model, and the path through them: indices from the full model to the advised one."""
 
     model: str
     within: str
@@ -79,7 +79,7 @@ class GuaranteedCurve(Result):
 
     @property
     def advised(self) -> GuaranteedPoint:
-        """The end of the path."""
+        """The advised program, the last point of the path."""
         return self.points[self.path[-1]]
 
     @property
@@ -94,7 +94,7 @@ class GuaranteedCurve(Result):
 
 
 def grids_of(machine: DescribedMachine, scene: Scene, progress: Progress = no_progress) -> tuple[Grid, ...]:
-    """Return the programs of a scene within its tolerances, in the forms that save time; raises `InputError`."""
+    """Return the reduced programs of a scene within its tolerances, by recursion and by inertia matrix if faster."""
     scene = replace(scene, models=scene.models or DEFAULT_MODELS, fold=ALL, steps=())
     scene = replace(scene, form=RECURSION) if scene.form == AUTO else scene
     forms = [scene.form, *([INERTIA] if scene.form != INERTIA and _has_forms(machine, scene) else [])]
@@ -116,7 +116,7 @@ def curves_of(grids: Sequence[Grid], measured: Measured) -> tuple[GuaranteedCurv
 
 
 def path_through(points: Sequence[GuaranteedPoint]) -> tuple[int, ...]:
-    """Return the path from the first point: at each step the most time saved for the error added, within the whole.
+    """Return the greedy path from the first point: at each step the most time saved per error, within tolerance.
 
     What adds no error comes first, the fastest first. The sum of a step is that of the step before where it is less.
     """
@@ -135,7 +135,7 @@ def path_through(points: Sequence[GuaranteedPoint]) -> tuple[int, ...]:
 
 
 def _has_forms(machine: DescribedMachine, scene: Scene) -> bool:
-    """Whether a model of the scene needs fewer operations by the inertia matrix."""
+    """Whether a model of the scene needs less time by the inertia matrix than by its recursion."""
     if not BY_INERTIA.keys() & {*scene.models}:
         return False
     scenes = [replace(scene, form=form, models=tuple(BY_INERTIA), outputs={}) for form in (scene.form, INERTIA)]
@@ -149,7 +149,7 @@ def _time(count: OperationCount) -> int:
 
 @dataclass(frozen=True)
 class Reduced:
-    """A function of some programs, with terms left out for a share of the tolerances."""
+    """A function of a package, with terms omitted within a fraction of the tolerances."""
 
     asked: Traced
     function: Function
@@ -158,7 +158,7 @@ class Reduced:
 
 
 class Grid:
-    """The points of all models in one form; `programs` by model, the whole one first."""
+    """The points of all models in one formulation; `programs` by model, the full one first."""
 
     def __init__(self, machine: DescribedMachine, scene: Scene) -> None:
         self.machine, self.scene = machine, scene
@@ -169,7 +169,7 @@ class Grid:
             self.programs[function.name] = [Reduced(self._whole, function)]
 
     def add(self, share: float) -> None:
-        """Leave terms out for a share of the tolerances."""
+        """Add programs with terms omitted within a fraction of the tolerances."""
         within = self.scene.within
         less = {name: replace(x, value=share * x.value) for name, x in within.tolerances.items()}
         request = replace(self.scene, within=replace(within, tolerances=less))
@@ -181,7 +181,7 @@ class Grid:
                 self.programs[function.name].append(Reduced(reduced, function, share, model.reduction))
 
     def points(self, measured: Measured) -> dict[str, list[GuaranteedPoint]]:
-        """Return the points by model, the whole model in double precision first."""
+        """Return the points by model, the full model in double precision first."""
         return {
             name: [
                 self._point(program, precision.name, _ratio(measured.get(name, ()), precision.name))
@@ -203,7 +203,7 @@ class Grid:
         return GuaranteedPoint(*program, rounding, terms, unseen, _time(count) * ratio)
 
     def certificate(self, program: Reduced, precision: str) -> Certificate:
-        """Return the certificate of a program's rounding; without facts on the pivots of a reduced program."""
+        """Return the certificate of rounding of a program; for a reduced program it has no bounds on pivots."""
         physical = self.machine.origin.ungrouped or self.machine
         full = next(x for x in self._whole.package.functions if x.name == program.function.name)
         subject = subject_of(self._whole, physical, self.machine.limits, full, ROUNDINGS[precision])
@@ -212,7 +212,7 @@ class Grid:
 
 
 def _ratio(measured: Sequence[Measurement], precision: str) -> float:
-    """Return the time of the fastest compiled call in a precision over that in double; 1 where none is measured."""
+    """Return the time of the fastest compiled call in a precision relative to double; 1 without measurements."""
     times: dict[str, list[float]] = {DOUBLE.name: [], precision: []}
     for x in measured:
         if x.configuration.build is not None and x.configuration.is_safe:
@@ -222,7 +222,7 @@ def _ratio(measured: Sequence[Measurement], precision: str) -> float:
 
 
 def _of_terms(errors: Mapping[Entry, EntryError], allowed: Mapping[Entry, float], guaranteed: Evidence) -> Error:
-    """The largest error of omitted terms, by the requested evidence."""
+    """The largest error of omitted terms relative to the tolerances, proven or confident as required."""
     if not errors:
         return Error(0.0, Evidence.PROVEN)
     proven = guaranteed is Evidence.PROVEN
@@ -233,7 +233,7 @@ def _of_terms(errors: Mapping[Entry, EntryError], allowed: Mapping[Entry, float]
 
 
 def _of_rounding(certificate: Certificate, function: Function, allowed: Mapping[Entry, float]) -> Error:
-    """The largest rounding error: proven if it is within the tolerances then, else at drawn states."""
+    """The largest rounding error relative to the tolerances: proven if within them, else confident from samples."""
     places = [(output.name, k) for output in function.program.outputs for k in range(len(output.entries))]
     pairs = [(x, allowed[place]) for x, place in zip(certificate.entries, places, strict=True) if place in allowed]
     proven = max((entry.error / most for entry, most in pairs), default=0.0)

@@ -148,7 +148,7 @@ def trade(
 
 
 def _refuse_large(machine: Machine, written: Sequence[Formulation], states: int) -> None:
-    """Raise `InputError` where the results of a model at all states exceed the memory."""
+    """Raise `InputError` if the results of a model at all states exceed the memory."""
     for function in written[0].package.functions:
         size = sum(math.prod(result.shape) for result in function.results)
         what = f"{states} states with {size} results of {function.name}"
@@ -156,7 +156,7 @@ def _refuse_large(machine: Machine, written: Sequence[Formulation], states: int)
 
 
 def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Scene, list[str]]:
-    """Return the scene, without sums of angles where states are beyond their bound, and notes."""
+    """Return the scene, without merged angles if states exceed their bound, and notes."""
     if scene.merge_angles is None:
         return scene, []
     if request.extreme:
@@ -244,7 +244,7 @@ def _drifts(
 
 @dataclass(frozen=True)
 class Ready:
-    """A configuration that can be run: `results` gives its results at states, `run` is timed."""
+    """An executable configuration: `results` computes results at states, `run` is timed."""
 
     configuration: Configuration
     results: Implementation
@@ -297,7 +297,7 @@ def _sources(package: Package, precision: Precision) -> Mapping[str, str]:
 
 
 def _repeat_context(package: Package, function: Function, header: str, precision: Precision) -> dict[str, Any]:
-    """Return the context of a function in the template."""
+    """Return the template context of a function that repeats calls for timing."""
     macro = f"{package.name}{precision.suffix}_{function.name}_CONSTANTS".upper()
     has_constants = f"#define {macro} " in header
     after_p = ("c",) if has_constants else ()
@@ -319,7 +319,7 @@ def _in_c(form: Formulation, build: Build, sources: Mapping[str, str], states: S
 
 
 def parameters(form: Formulation, precision: Precision) -> AnyArray:
-    """Return the array p of a formulation."""
+    """Return the parameter array p of a formulation in a precision."""
     values = rounded_values(form.values, precision)
     return np.array([values[p.name] for p in form.package.parameters], dtype=float)
 
@@ -327,7 +327,7 @@ def parameters(form: Formulation, precision: Precision) -> AnyArray:
 def _c_run(
     loaded: ctypes.CDLL, configuration: Configuration, functions: Sequence[Function], states: States, p: AnyArray
 ) -> Run:
-    """Return the timed call of a configuration; it keeps its arrays alive."""
+    """Return the timed call of a compiled configuration; it keeps its arrays alive."""
     traced, precision = configuration.form.traced[configuration.model], configuration.precision
     function = next(f for f in functions if f.name == traced.model.name)
     batch = configuration.call == BATCH
@@ -364,7 +364,7 @@ def numpy_configurations(form: Formulation, states: States, folder: Path) -> lis
 
 
 def _in_type(code: Implementation, precision: Precision, traced: TracedModel, states: State) -> dict[str, AnyArray]:
-    """Return the results of an implementation on arrays of the precision."""
+    """Return the results of an implementation on arrays in the type of a precision."""
     return code(traced, states.map(lambda block: block.astype(TYPES[precision.state])))
 
 

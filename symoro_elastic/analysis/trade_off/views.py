@@ -51,17 +51,17 @@ class Factor:
     where: Levels = field(default_factory=dict)
 
     def is_chosen(self, levels: Levels) -> bool:
-        """Whether a configuration has made the choice."""
+        """Whether a configuration has the chosen level of the factor."""
         return self._applies(levels) and levels[self.name] == self.chosen
 
     def is_counterpart(self, levels: Levels) -> bool:
-        """Whether a configuration has the other level."""
+        """Whether a configuration has the other level of the factor."""
         level = levels[self.name]
         has_other_level = level != self.chosen if self.instead_of is None else level == self.instead_of
         return self._applies(levels) and has_other_level
 
     def others(self, levels: Levels) -> tuple[Hashable, ...]:
-        """Return the levels of all other factors: equal for configurations that can be compared."""
+        """Return the levels of all other factors, which comparable configurations share."""
         return tuple(level for name, level in levels.items() if name != self.name)
 
     def _applies(self, levels: Levels) -> bool:
@@ -131,7 +131,7 @@ def levels_of(configuration: Configuration) -> Levels:
 
 
 def _compilers(measurements: Sequence[Measurement]) -> Iterator[Factor]:
-    """Yield every compiler against the first."""
+    """Yield the choice of each compiler instead of the first."""
     builds = [x.configuration.build for x in measurements]
     first, *others = dict.fromkeys(build.compiler[0] for build in builds if build) or [None]
     for name in others:

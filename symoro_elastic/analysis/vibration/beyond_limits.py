@@ -29,7 +29,7 @@ class Beyond:
     unit: str
 
     def __str__(self) -> str:
-        """Return a sentence."""
+        """Return the exceeded limit as a sentence."""
         allowed = f"{self.low:.4g} to {self.high:.4g} {self.unit}"
         reached = f"{self.value:.4g} {self.unit}"
         return f"{self.joint} leaves its limits: {self.quantity} up to {reached}, {allowed}, first at {self.t:.4g} s"

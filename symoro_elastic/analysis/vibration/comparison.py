@@ -69,17 +69,17 @@ class Loss:
 
     @property
     def full(self) -> tuple[float, float]:
-        """Root mean square and largest absolute value."""
+        """RMS and largest absolute value of the full model."""
         return _size(self.by_full)
 
     @property
     def reduced(self) -> tuple[float, float]:
-        """Root mean square and largest error of the reduced model."""
+        """RMS and largest error of the reduced model."""
         return _size(self.by_reduced - self.by_full)
 
     @property
     def rigid(self) -> tuple[float, float]:
-        """Root mean square and largest error of the rigid limit."""
+        """RMS and largest error of the rigid limit."""
         return _size(self.by_rigid - self.by_full)
 
 
@@ -136,7 +136,7 @@ def compare(
     duration: float | None = None,
     progress: Progress = no_progress,
 ) -> Comparison:
-    """Compare the full model, Spong's reduced model and the rigid limit.
+    """Compare the full model, Spong's reduced model and the rigid limit in frequencies and on a motion.
 
     Frequencies with motors held or free, at equilibrium; torques and elastic accelerations on `trajectory`, a motion or
     its file (`read_comparison_motion`), by default that of `move` with `stroke` and `duration`. `ratios` are gear
@@ -178,7 +178,7 @@ def rigid_limit(machine: Machine) -> Machine:
 
 
 def _free(machine: Machine) -> set[str]:
-    """Return names and variables of the independent joints, with independent motors."""
+    """Return names and variables of the independent joints, if motors are chosen as independent."""
     joints = with_independent_motors(machine).independent_joints
     return {name for joint in joints for name in (joint.name, str(joint.variable))}
 

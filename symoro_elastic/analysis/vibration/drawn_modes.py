@@ -47,7 +47,7 @@ class DrawnPoints:
 
 @dataclass(frozen=True)
 class BentPoints:
-    """Drawn points, by index, on the surface of a body by modes with axes (3, 3) in frame 0.
+    """Drawn points, by index, on the surface of a modal body with axes (3, 3) in frame 0.
 
     `rows` are its modes, whose frames slide along z of the body by their deflections.
     """
@@ -60,12 +60,12 @@ class BentPoints:
 
     @property
     def edges(self) -> AnyArray:
-        """Edges of its triangles, pairs of indices (E, 2)."""
+        """Edges of the surface's triangles, pairs of indices (E, 2)."""
         pairs = self.surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         return np.asarray(self.indices.start + np.unique(np.sort(pairs, axis=1), axis=0))
 
     def displacements(self, motion: Array) -> Array:
-        """What modes add to displacements (N, 3) of points in a motion (frames, 6)."""
+        """Return elastic displacements (N, 3) of the points by the modes, in a motion (frames, 6)."""
         e = (motion[list(self.rows), :3] - motion[self.root, :3]) @ self.axes[:, 2]
         return np.asarray(np.tensordot(e, self.surface.modes, axes=1) @ self.axes.T)
 
@@ -139,7 +139,7 @@ def _draw(modal: Modes, some: Sequence[int], *axes: Any) -> None:
 
 
 def _skeleton(modal: Modes) -> tuple[DrawnPoints, list[list[int]]]:
-    """Points of links between origins, axes of frames and surfaces of bodies; lines of the former, pairs of indices."""
+    """Points of links, axes and surfaces of a machine; lines between the former as pairs of indices."""
     linear = modal.linear
     machine = linear.motion.machine
     names = (joint.name for joint in machine.independent_joints)

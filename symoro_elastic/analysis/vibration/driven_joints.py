@@ -62,7 +62,7 @@ def with_motors_on_load_joints(machine: Machine) -> Machine:
 
 
 def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, forces: Array) -> MotionOfMotors:
-    """Return positions, velocities and torques of motors that exert `forces` (N, k) at the motor joints of `led`.
+    """Return positions, velocities and torques of motors equivalent to `forces` (N, k) at prescribed joints of `led`.
 
     q, qd are states (N, n) at times t (N,). Torques of more motors than freedoms are weighed by `sharing` (L31). Raises
     `InputError` where motors cannot exert just these.

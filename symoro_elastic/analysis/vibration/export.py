@@ -56,7 +56,7 @@ M = ".m"
 
 
 def save_linearization(linear: Linearization, path: str | Path) -> None:
-    """Write its arrays to a .npz or .mat file (names as cells of text), or as a MATLAB function to a .m file.
+    """Write the arrays of a linearization to .npz or .mat (names as cells of text), or as a MATLAB function to .m.
 
     Raises `InputError`.
     """
@@ -80,7 +80,7 @@ def save_response(response: Response, path: str | Path) -> None:
 
 
 def refuse_linearization_file(path: str | Path) -> str:
-    """Return the suffix; raise `InputError` for one that is not possible, and for a stem that no function has."""
+    """Return the suffix; raise `InputError` for an unsupported one, and for a stem that is no function name."""
     suffix = form_of(path, LINEARIZATIONS, "--out")
     if suffix == M and not _FUNCTION.fullmatch(Path(path).stem):
         what = "MATLAB names the function by the file: use a letter, then letters, digits and underscores"
@@ -135,7 +135,7 @@ def _value(value: Any) -> str:
 
 
 def _fill(items: Sequence[str], between: str) -> str:
-    """Items in lines, those after the first indented."""
+    """Join items to lines of limited width, indented after the first."""
     lines = [""]
     for item in items:
         if lines[-1] and len(lines[-1]) + len(item) > WIDTH:

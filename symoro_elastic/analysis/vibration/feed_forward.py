@@ -185,7 +185,7 @@ def _assemble(
     symbols: Mapping[str, Any],
     omitted: list[str],
 ) -> FeedForward:
-    """Return torques and motion of all joints; omitted ones are at rest."""
+    """Return torques and motion of all joints; omitted joints are at rest."""
     bound = solved.bound
     N, motion = len(reference.t), EquationsOfMotion(valued)
     q, qd = np.tile(motion.neutral_positions(), (N, 1)), np.zeros((N, len(motion.joints)))
@@ -215,7 +215,7 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
 
 
 def _lead(bound: Bound, parameters: Mapping[str, Any], q: Mapping[int, Array], y: Mapping[int, Array]) -> Array:
-    """Return (N, m) the lead of motors at q (N,) over the motion y (N,) of their loads, without deflections."""
+    """Return how far motors (N, m) at q (N,) lead the motion y (N,) of their loads, without deflections."""
     positions = load_positions(bound, chains(bound))
     variables = {name: q.get(j, 0.0) for name, j in bound.machine.variables.items()}
     columns = []
@@ -287,7 +287,7 @@ def save_feed_forward(command: FeedForward, path: str | Path) -> None:
 # which is exact and stable however small tau is; where tau is longer than a step the same integral is taken by Gauss's
 # rule, since r is a difference of large numbers there.
 def lagging(t: Array, u: Array, tau: float) -> Array:
-    """Return q and its derivatives (orders, N) from those of u (orders, N) at times t (N,), s, and tau > 0, s.
+    """Return q, the first-order lag of u with time constant tau, s, and its derivatives (orders, N) at times t (N,).
 
     The start is that of a motion that went on before, as far as the derivatives tell: q = u at rest.
     """
@@ -311,7 +311,7 @@ def _integrate(t: Array, p: Array, start: float, tau: float) -> Array:
 
 
 def _by_series(p: Array, h: Array, tau: float, decay: Array) -> Array:
-    """Return r(h) - r(0) exp(-h/tau)."""
+    """Return the lag's response to a cubic p over a step h by its particular solution r: r(h) - r(0) exp(-h/tau)."""
     r = p.copy()
     for k in (2, 1, 0):
         r[k] = p[k] - tau * (k + 1) * r[k + 1]
@@ -319,7 +319,7 @@ def _by_series(p: Array, h: Array, tau: float, decay: Array) -> Array:
 
 
 def _by_quadrature(p: Array, h: Array, tau: float) -> Array:
-    """Return the integral of exp(-(h - s)/tau) p(s) / tau over a step."""
+    """Return the lag's response to a cubic p over a step h by quadrature of exp(-(h - s)/tau) p(s)/tau."""
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     gained: Array = np.zeros_like(h)
     for node, weight in zip(nodes, weights, strict=True):
@@ -334,7 +334,7 @@ def _value(p: Array, s: Array) -> Array:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Omitted springs: by name the largest deflection by loads of the motion, rad or m.
+    """Omitted springs, by name: the largest deflection under the loads of the motion, rad or m.
 
     The deflection is that of a load that changes slowly. `frequency` is the lowest that these springs vibrate at, Hz,
     with all else held, at the start; None where there is none.
@@ -346,7 +346,7 @@ class LeftOut:
 
 
 def with_springs_held(machine: Machine, names: list[str]) -> Machine:
-    """Return the machine with these springs locked at their neutral positions."""
+    """Return the machine with the named springs locked at their neutral positions."""
     if not names:
         return machine
     return restrict(machine, Scene(locked={j.name: j.spring.neutral for j in machine.joints if j.name in names}))
@@ -382,7 +382,7 @@ def _frequency(machine: Machine, names: list[str], start: Array, joints: list[st
 
 
 def line(cost: LeftOut) -> str:
-    """Return a line with the omitted springs and the cost."""
+    """Return a line on the omitted springs, their deflections and their frequency."""
     bent = ", ".join(f"{name} {x:.3g} {cost.units[name]}" for name, x in cost.deflections.items())
     sentence = "no motor controls these springs, so they are held at their neutral positions; the loads of this "
     sentence += f"motion would bend them by {bent}"

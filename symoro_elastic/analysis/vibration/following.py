@@ -105,7 +105,7 @@ def _integrate(
 
 
 def refuse_sticking(motion: EquationsOfMotion) -> None:
-    """Raise `InputError` for dry friction without creep on a joint other than a motor's.
+    """Raise `InputError` for dry friction without a creep law on a joint without a motor.
 
     It sticks, and no step is small enough.
     """

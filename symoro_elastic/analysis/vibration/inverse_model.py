@@ -31,7 +31,7 @@ CLOSED = 1e-12
 
 
 class InverseModel:
-    """Torques and accelerations (61), (59) at states (..., n) of a machine, in the coordinates of `motion`.
+    """Inverse dynamics of motors: torques (61) and accelerations (59) at states (..., n) of a machine.
 
     Motors that move with others are driven by these.
     """
@@ -44,13 +44,13 @@ class InverseModel:
         self._known: tuple[Array, Array] | None = None
 
     def __call__(self, q: Array, qd: Array, qdd_motor: Array) -> tuple[Array, Array]:
-        """Return the torques of motors in their coordinates (..., motors), N m or N, and accelerations (..., n)."""
+        """Return torques (..., motors) of the independent motors, N m or N, and accelerations (..., n)."""
         state = self._close_loops(State({"q": q, "qd": qd, "qdd_motor": qdd_motor}))
         tau, qdd = state.results(self._model.inverse_dynamics)
         return tau, qdd
 
     def torques(self, q: Array, tau: Array) -> Array:
-        """Return the torques (N, m) of all motors equal to tau (N, motors) at q (N, n), shared by weights (L31)."""
+        """Return torques (N, m) of all motors equivalent to tau (N, motors) at q (N, n), shared by weights (L31)."""
         motion = self.motion
         if not motion.followers:
             return tau

@@ -117,7 +117,7 @@ class Linearization(Result):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Lines about the state: that it moves, that motors share torques which nothing determines one by one, that
+        """Notes on the state: that it moves, that motors share torques which nothing determines one by one, that
         springs stand within their backlash, and that bristles of dry friction are in no linear model."""
         motion = self.motion
         loaded = any(self.state.torques[motion.machine.motors.index(j)] for j in motion.followers)
@@ -126,7 +126,7 @@ class Linearization(Result):
 
     @property
     def _play(self) -> Iterator[str]:
-        """Lines about springs within their backlash, where they are soft."""
+        """Notes on springs within their backlash, where they are soft."""
         motion = self.motion
         for name, x in zip(motion.names, self.state.q, strict=True):
             joint = next(row for row in motion.machine.joints if row.name == name)
@@ -136,7 +136,7 @@ class Linearization(Result):
 
     @property
     def _bristles(self) -> Iterator[str]:
-        """A line about dry friction with states, which holds nearly motionless joints like a spring."""
+        """A note on dry friction with states, which holds nearly motionless joints like a spring."""
         names = [self.motion.given.joint(j).name for j in self.motion.given.bristles]
         if names:
             yield f"bristles of dry friction are left out: {', '.join(names)}; joints that hardly move are stiffer"

@@ -220,7 +220,7 @@ def damped_poles(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
 def _paired_poles(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, vectors: ComplexArray
 ) -> IndexArray:
-    """Return the index of the pole with the most similar shape and frequency to each mode, -1 without one."""
+    """Return for each mode the index of the pole with the most similar shape and frequency, -1 without one."""
     paired, swings = np.full(len(eigenvalues), -1), np.flatnonzero(eigenvalues > 0)
     pairs = np.flatnonzero(poles.imag > 0)
     if not linear.D.any() or not len(pairs):
@@ -237,7 +237,7 @@ def _paired_poles(
 def _damping_ratios(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, paired: IndexArray
 ) -> Array:
-    """Return -Re p / |p| of the poles of modes; phi^T D phi / (2 omega) without one."""
+    """Return the damping ratios -Re p / |p| of the modes' poles; phi^T D phi / (2 omega) for modes without a pole."""
     ratios = np.full(len(eigenvalues), np.nan)
     swings = np.flatnonzero(eigenvalues > 0)
     own = shapes[:, swings]
@@ -309,18 +309,18 @@ def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
 
 @dataclass(frozen=True)
 class Shares:
-    """Shares of energy, rows by `names`, columns by mode; a column sums to 1, or is zero without energy."""
+    """Fractions of energy, rows by `names`, columns by mode; a column sums to 1, or is zero without energy."""
 
     names: tuple[str, ...]
     shares: Array
 
     @property
     def by_name(self) -> dict[str, Array]:
-        """The shares (modes,) of the names."""
+        """Energy fractions (modes,) by name."""
         return dict(zip(self.names, self.shares, strict=True))
 
     def largest(self, mode: int) -> tuple[str, float]:
-        """Return the name with most of the energy of a mode, and its share."""
+        """Return the name with the largest energy fraction in a mode, and this fraction."""
         k = int(self.shares[:, mode].argmax())
         return self.names[k], float(self.shares[k, mode])
 
@@ -334,7 +334,7 @@ def frame_shapes(modal: Modes) -> Array:
 
 
 def kinetic_shares(modal: Modes) -> Shares:
-    """Return (V_j^T JJ_j V_j) / 2 of the bodies and Ia qd_j^2 / 2 of the rotors [13], over their sum."""
+    """Return shares of kinetic energy: (V_j^T JJ_j V_j) / 2 of bodies and Ia qd_j^2 / 2 of rotors [13]."""
     motion = modal.linear.motion
     moved = _drift(modal, motion.body_velocities)
     screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
@@ -352,7 +352,7 @@ def kinetic_shares(modal: Modes) -> Shares:
 
 
 def strain_shares(modal: Modes) -> Shares:
-    """Return k dx^2 / 2 of springs and controllers [9], and the rest of phi^T K phi / 2, over their sum.
+    """Return shares of strain energy: k dx^2 / 2 of springs and controllers [9], and the remaining potential energy.
 
     All are zero for motions at 0 Hz. Gravity's part may be negative.
     """
@@ -375,7 +375,7 @@ def _shares(names: list[str], energies: Array) -> Shares:
 
 
 def _drift(modal: Modes, rates: Sequence[Scalar]) -> Array:
-    """Return the changes (rates, modes) in each mode of quantities with these rates."""
+    """Return the changes (rates, modes), in each mode, of quantities with these rates per coordinate velocity."""
     linear = modal.linear
     _, by_qd, _ = linear.motion.jacobians(rates, linear.state)
     return np.asarray(by_qd[:, list(linear.kept)] @ modal.shapes)

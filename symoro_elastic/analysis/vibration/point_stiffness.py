@@ -50,7 +50,7 @@ def _of_pair(
 
 
 def _shaken(linear: Linearization, i: int, j: int, hertz: float) -> dict[str, float]:
-    """Return the shares at the largest displacement of the point, at a frequency."""
+    """Return the springs' shares of strain energy at a frequency, when the point's displacement is largest."""
     if not hertz > 0:
         return {}
     u = linear.displacements(np.array([2j * np.pi * hertz]), linear.F[:, [j]])[0, :, 0]

@@ -109,7 +109,7 @@ def through(
 
 
 def _doubts(fine: ReferenceTrajectory, coarse: ReferenceTrajectory) -> Iterator[tuple[str, Doubt]]:
-    """Yield by motor the first derivative that changes with half of the points, away from the ends."""
+    """Yield, by motor, the first derivative that changes if half of the points are used, away from the ends."""
     inside = slice(len(fine.t) // 10, -(len(fine.t) // 10) or None)
     for name, rows in fine.y.items():
         change, size = (np.abs(x[:-1, inside]).max(axis=1) for x in (rows - coarse.y[name], rows))
@@ -190,7 +190,7 @@ def _refuse_degree(degree: int, source: str) -> None:
 
 
 def _of_motors(numbers: Mapping[str, float], machine: Machine, place: str) -> dict[str, float]:
-    """Return numbers by name of motor; "" is for all others. Raises `InputError`."""
+    """Return numbers by motor; the entry "" applies to all other motors. Raises `InputError`."""
     by_name = machine.motors_by_name
     for name, x in numbers.items():
         if name and name not in by_name:

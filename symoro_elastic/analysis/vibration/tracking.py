@@ -151,7 +151,7 @@ def refuse_grid(lengths: Sequence[int], source: str) -> None:
 
 @contextmanager
 def _at_place(place: Mapping[str, float]) -> Iterator[None]:
-    """Add the position to the messages of errors."""
+    """Add the position to the messages of errors raised within the context."""
     try:
         yield
     except InputError as error:
@@ -160,7 +160,7 @@ def _at_place(place: Mapping[str, float]) -> Iterator[None]:
 
 
 def _previous(index: tuple[int, ...], lengths: tuple[int, ...]) -> int:
-    """Return the index of the preceding neighbour of a point; the first point's own."""
+    """Return the index of the preceding neighbour of a grid point; for the first point, its own index."""
     moved = list(index)
     for axis in reversed(range(len(lengths))):
         if moved[axis]:
@@ -195,6 +195,6 @@ def _normal(shapes: Array, mass: Array) -> Array:
 
 
 def _indices(eigenvalues: Array) -> list[NDArray[np.intp]]:
-    """Return the modes of the repeated frequencies."""
+    """Return the indices of the modes of each distinct frequency."""
     order = np.argsort(eigenvalues, kind="stable")
     return [order[cluster] for cluster in clusters(eigenvalues[order])]

@@ -117,7 +117,7 @@ def _weight(linear: Linearization) -> float:
 
 
 def _without_rounding(x: float, scale: float) -> float:
-    """Return a number, zero for rounding errors of numbers of this size."""
+    """Return x, or zero if it is within rounding errors of numbers of size `scale`."""
     return float(x) if abs(x) > ROUNDING * scale else 0.0
 
 
@@ -153,12 +153,12 @@ def _by(slopes: Sensitivity, mode: int) -> str:
 
 
 def _hertz(frequency: float, growth: float, digits: int) -> str:
-    """Return a frequency, or the growth of an unstable motion."""
+    """Return a frequency as text, or the growth rate of an unstable mode."""
     return f"0, grows {growth:.3g} 1/s" if growth else f"{frequency:.{digits}g}"
 
 
 def _most(shares: Shares, mode: int) -> str:
-    """Return the names with the largest shares."""
+    """Return the names with the largest energy shares in a mode, as text."""
     order = np.argsort(-shares.shares[:, mode], kind="stable")[:MOST_LISTED]
     named = [k for k in order if shares.shares[k, mode] >= LEAST_SHARE]
     return ", ".join(f"{shares.names[k]} {shares.shares[k, mode]:.0%}" for k in named) or "-"
@@ -393,7 +393,7 @@ def _models(comparison: Comparison) -> dict[str, Modes | None]:
 
 
 def comparison_conclusion(comparison: Comparison) -> str:
-    """Return the size of the losses in one sentence."""
+    """Return the torque errors of the reduced model and of the rigid limit, in one sentence."""
     torques = [loss for loss in comparison.losses if loss.quantity is Compared.TORQUE]
     most = max((loss.full[1] for loss in torques), default=0.0)
     torques = [loss for loss in torques if loss.full[1] > LEAST_LOSS * most]
@@ -418,7 +418,7 @@ def comparison_conclusion(comparison: Comparison) -> str:
 
 
 def _matters(size: tuple[float, float], loss: Loss) -> bool:
-    """Return whether a loss exceeds rounding."""
+    """Return whether an error of the reduced or rigid model exceeds rounding."""
     return size[1] > LEAST_LOSS * loss.full[1]
 
 

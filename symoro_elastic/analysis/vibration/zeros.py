@@ -111,7 +111,7 @@ def _zeros(linear: Linearization, i: int, j: int) -> ComplexArray:
 
 
 def _without_idle(A: Array, C: Array) -> NDArray[np.intp]:
-    """Return the states that others depend on; each other one is a zero at 0, by a column -s of the pencil."""
+    """Return the states that other states or the output depend on; each other state adds a zero at 0."""
     active: NDArray[np.intp] = np.arange(len(A), dtype=np.intp)
     while len(active) and (idle := ~(A[np.ix_(active, active)].any(axis=0) | (C[active] != 0))).any():
         active = active[~idle]

@@ -33,7 +33,7 @@ CONTROLLER = "controller"
 
 
 def refuse_drives(reference: Reference) -> None:
-    """Raise `InputError` for drives that linear models of motions do not have: sampled, with measured loads."""
+    """Raise `InputError` for drives that linear models of motions do not support: sampled, or with measured loads."""
     refuse_sampled(reference)
     drives = drives_of(reference.machine).by_motor
     for cascade in reference.drives:
@@ -44,7 +44,7 @@ def refuse_drives(reference: Reference) -> None:
 
 
 def part_names(cascade: Cascade) -> list[str]:
-    """Return the names of the elements of a path in a scene, `motor_x.lag`; empty for those that have to stay."""
+    """Return the scene names of the elements of a drive's path, as `motor_x.lag`; empty if one cannot be omitted."""
     filters, found = 0, []
     for element in cascade.path:
         part = "dead_time" if isinstance(element, DeadTime) else ""
@@ -57,14 +57,14 @@ def part_names(cascade: Cascade) -> list[str]:
 
 
 def without_parts(drives: Sequence[Cascade], left_out: Collection[str]) -> tuple[Cascade, ...]:
-    """Return the drives in which some parts follow at once."""
+    """Return the drives without some lags, filters and dead times, which then act without delay."""
     pairs = [zip(drive.path, part_names(drive), strict=True) for drive in drives]
     paths = [tuple(x for x, name in pair if name not in left_out) for pair in pairs]
     return tuple(replace(drive, path=path) for drive, path in zip(drives, paths, strict=True))
 
 
 def _names(drive: Cascade) -> Iterator[str]:
-    """Yield the names of the states w of a drive: a part that may be left out names the first of its states."""
+    """Yield the names of the states w of a drive; the first state of an omissible part has the name of the part."""
     controller = len(law_of(replace(drive, path=())).A)
     yield from (f"{drive.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
     ahead, _ = parts_of_path(drive)
@@ -75,12 +75,12 @@ def _names(drive: Cascade) -> Iterator[str]:
 
 
 def parts_of(drives: Sequence[Cascade]) -> tuple[str, ...]:
-    """Return the names of the parts that may be left out."""
+    """Return the names of the parts of drives that may be omitted."""
     return tuple(name for drive in drives for name in part_names(drive) if name)
 
 
 class Loops:
-    """The laws of drives along a motion, motors on their set points at times t (N,)."""
+    """The laws of drives along a motion, linear about the motors' set points at times t (N,)."""
 
     def __init__(self, reference: Reference, drives: Sequence[Cascade], t: Array) -> None:
         self.drives, self.names = tuple(drives), tuple(name for drive in drives for name in _names(drive))
@@ -101,7 +101,7 @@ class Loops:
             first += len(law.A)
 
     def matrices(self, n: int) -> tuple[Array, Array]:
-        """Return the D and K of loops, (n + states, n + states) for a machine of n joints."""
+        """Return the damping and stiffness matrices of loops, (n + states, n + states) for a machine of n joints."""
         D, K = np.zeros((2, n + len(self.names), n + len(self.names)))
         for k, part, law in self._each():
             m, own = self._motors[k], slice(n + part.start, n + part.stop)
@@ -134,12 +134,12 @@ class Loops:
                     raise reference.machine.error(place, excess + "raise it, move slower, or simulate")
 
     def torque_offset(self, motor: int) -> Array:
-        """Return the torque (N,) of a drive on its set point with the states of the start, less that of the start."""
+        """Return the torque (N,) of a drive on its set point with constant states, minus the torque at the start."""
         law = self.laws[motor]
         return np.asarray(law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor])
 
     def outputs(self, of: Outputs, n: int) -> tuple[Outputs, Array]:
-        """Return the rows of outputs with those of torques, and outputs (N, outputs) without a deviation."""
+        """Return the output rows with drive torques filled in, and the outputs (N, outputs) at zero deviation."""
         Cq, Cv, Ca = (np.pad(C, ((0, 0), (0, 0), (0, len(self.names)))) for C in (of.Cq, of.Cv, of.Ca))
         offsets = np.zeros(Cq.shape[:2])
         motors = [drive.motor for drive in self.drives]
@@ -155,7 +155,7 @@ class Loops:
 
 
 def by_parts(sets: Sequence[Collection[int]], parts: Collection[int]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
-    """Yield omitted parts, and the numbers of the sets without them."""
+    """Yield each combination of omitted parts, and the indices of the sets that omit it."""
     keys = [tuple(sorted(k for k in left_out if k in parts)) for left_out in sets]
     order = sorted(range(len(sets)), key=lambda k: keys[k])
     for key, rows in groupby(order, key=lambda k: keys[k]):

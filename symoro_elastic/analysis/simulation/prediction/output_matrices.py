@@ -54,11 +54,11 @@ class Outputs:
 
     @property
     def every_second(self) -> Outputs:
-        """The rows at every second time."""
+        """The output rows at every second time."""
         return replace(self, Cq=self.Cq[::2], Cv=self.Cv[::2], Ca=self.Ca[::2])
 
     def of_following_springs(self, springs: Sequence[int], by: Three) -> Outputs:
-        """Return the rows where the variables of springs (s,) follow others: d_E = by_q d + by_v d' + by_a d''.
+        """Return rows that eliminate the springs' variables (s,): d_E = by_q d + by_v d' + by_a d''.
 
         `by` are (N, s, n), zero for the springs themselves.
         """
@@ -67,7 +67,7 @@ class Outputs:
         return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
 
     def of(self, motion: SmallMotion) -> Array:
-        """Return dy (N, sets, outputs) of small motions (N, sets, n)."""
+        """Return the output changes dy (N, sets, outputs) of small motions (N, sets, n)."""
         terms = zip((self.Cq, self.Cv, self.Ca), (motion.d, motion.dd, motion.ddd), strict=True)
         return np.asarray(sum(np.einsum("toi,tsi->tso", C, d) for C, d in terms))
 
@@ -155,7 +155,7 @@ def placement_rows(machine: Machine, frames: Sequence[str], states: Three, defle
 
 
 def between(t: Array, x: Array, wanted: Array) -> Array:
-    """Return x (N, ...), given at even times t (N,), at other times: cubic through the four nearest."""
+    """Return x (N, ...), known at equidistant times t (N,), at other times: cubic through the four nearest."""
     place = (wanted - t[0]) / (t[1] - t[0])
     first = np.clip(place.astype(int) - 1, 0, len(t) - len(NEIGHBOURS))
     s = place - first

@@ -83,7 +83,7 @@ class LinearPath:
         return (*self.springs, *self.parts)
 
     def with_drives(self, drives: Sequence[Cascade]) -> LinearPath:
-        """Return the model of this machine under drives; itself without any."""
+        """Return the model of this machine with these drives; itself without drives."""
         if not drives:
             return self
         n, loops = len(self.joints), Loops(self.reference, drives, self.t)
@@ -114,13 +114,13 @@ class LinearPath:
         )
 
     def without_parts(self, left_out: Collection[str]) -> LinearPath:
-        """Return the model in which some parts of drives, by name, follow at once; itself without any."""
+        """Return the model in which the named parts of drives act without delay; itself if none are named."""
         if self.machine is None or not left_out:
             return self
         return self.machine.with_drives(without_parts(self.reference.drives, left_out))
 
     def following(self, left_out: Collection[str]) -> tuple[LinearPath, tuple[int, ...]]:
-        """Return the model without the parts of drives among these names, and the entries of the springs among them."""
+        """Return the model without the drive parts among `left_out`, and the entries in q of the springs among them."""
         parts = self.names(self.parts)
         springs = tuple(self.joints.index(name) for name in left_out if name not in parts)
         return self.without_parts([name for name in left_out if name in parts]), springs
@@ -131,11 +131,11 @@ class LinearPath:
         return float(self.t[1] - self.t[0])
 
     def names(self, entries: Sequence[int]) -> tuple[str, ...]:
-        """Return the names of entries of q."""
+        """Return the joint names of entries of q."""
         return tuple(self.joints[k] for k in entries)
 
     def without(self, sets: Sequence[Collection[int]], forces: Array | None = None) -> SmallMotion:
-        """Return d, d', d'' (N, sets, n), zero for the springs in a set; sets are equally large.
+        """Return d, d', d'' (N, sets, n) with the springs of each set fixed at zero; sets have equal sizes.
 
         `forces` (N, n) are those that drive it, R where none are given.
         """
@@ -146,7 +146,7 @@ class LinearPath:
         return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (motion.d, motion.dd, motion.ddd)))
 
     def driven_by(self, forces: Array, left_out: Collection[int]) -> SmallMotion:
-        """Return d, d', d'' (N, sets, n) under several forces (N, sets, n), zero for springs left out."""
+        """Return d, d', d'' (N, sets, n) under several forces (N, sets, n), zero for the omitted springs."""
         rows = [k for k in self.moved if k not in left_out]
         M, D, K = (x[:, rows][:, None, :, rows] for x in (self.M, self.D, self.K))
         motion = small_motion(LinearMotion(self.h, M, D, K, forces[:, :, rows]))
@@ -154,7 +154,7 @@ class LinearPath:
         return SmallMotion(*(_spread(x, columns, len(self.joints)) for x in (motion.d, motion.dd, motion.ddd)))
 
     def recovering(self, static: Sequence[int]) -> LinearPath:
-        """Return the model whose outputs follow the deflections of static springs E, for motions that leave them out.
+        """Return the model whose outputs include the quasi-static deflections of omitted springs E.
 
         They are those by the motion, d_E = -(M_E d'' + D_E d' + K_E d) / k_E, without R_E / k_E.
         """
@@ -164,7 +164,7 @@ class LinearPath:
         return replace(self, outputs=self.outputs.of_following_springs(E, (by[0], by[1], by[2])))
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return q_r, v_r, a_r (N, n) at times (N,)."""
+        """Return q_r, v_r, a_r (N, n) of the reference at times (N,)."""
         more = len(self.joints) - self.reference.start.q.size
         q, v, a = (np.pad(x, ((0, 0), (0, more))) if more else x for x in self.reference.states(t))
         return q, v, a
@@ -178,7 +178,7 @@ class LinearPath:
         return replace(every_second, damping=self.damping[::2], offsets=offsets, of_loads=of_loads, machine=None)
 
     def finer(self, samples: int) -> LinearPath:
-        """Return the model at other times, evenly spaced: cubic between those that are known."""
+        """Return the model at `samples` evenly spaced times, by cubic interpolation."""
         t = np.linspace(0.0, self.t[-1], samples)
         M, D, K, R, damping = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R, self.damping))
         offsets, of_loads = (None if x is None else between(self.t, x, t) for x in (self.offsets, self.of_loads))
@@ -211,7 +211,7 @@ def linear_path(
 
 
 class _Along:
-    """A machine at times t (N,) of a motion."""
+    """A machine at times t (N,) of a motion, to be linearized there."""
 
     def __init__(self, reference: Reference, t: Array) -> None:
         self.reference, self.t, self.machine = reference, t, reference.machine
@@ -224,7 +224,7 @@ class _Along:
         self.states = reference.states(t)
 
     def about(self, deviation: SmallMotion | None, outputs: Sequence[str]) -> LinearPath:
-        """Return the model about the reference, or a deviation (N, 1, n) from it; d is from the reference in both."""
+        """Return the model about the reference, or about a deviation (N, 1, n); d is relative to the reference."""
         states, driven = self.states, np.zeros_like(self.states[0])
         if deviation is not None:
             d, dd, ddd = (x[:, 0, : len(self.motion.names)] for x in (deviation.d, deviation.dd, deviation.ddd))
@@ -248,7 +248,7 @@ class _Along:
         return replace(path, of_loads=M - inertia if loads else None).with_drives(self.reference.drives)
 
     def _with_servos(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, laws: Three) -> LinearPath:
-        """Return the model with the gains of servos, or without equations of motors."""
+        """Return the model with the gains of servos, or without the equations of prescribed motors."""
         reference, motors, names = self.reference, self.motors, self.motion.names
         stiffness, damping, preload = laws
         moved = list(range(len(names)))
@@ -265,7 +265,7 @@ class _Along:
         )
 
     def _forces_of_reference(self, M: Array, states: Three) -> Array:
-        """Return ID(q, v, a) (N, n), springs and friction included, less what forces on frames do.
+        """Return ID(q, v, a) (N, n), with springs and friction, minus generalized forces of wrenches on frames.
 
         The hybrid inverse model gives tau and a' with M a' + ... = tau at the same q, v; M (a - a') is what remains.
         """
@@ -276,7 +276,7 @@ class _Along:
         return forces
 
     def _results_of(self, model: Callable[..., Any], *states: Array) -> Any:
-        """Return the results of a generated function, under the forces on frames and without loads in friction."""
+        """Return the results of a generated function, with wrenches on frames and friction at zero load."""
         arguments = {"f_ext": self.wrenches, "load": np.zeros((len(self.t), len(self.machine.loaded)))}
         return model(*states, **{name: x for name, x in arguments.items() if name in signature(model).parameters})
 
@@ -296,7 +296,7 @@ def _spread(x: Array, rows: Array, n: int) -> Array:
 
 
 def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
-    """Raise `InputError` for joints that depend on others, dry friction without a motor, and no inertia."""
+    """Raise `InputError` for what no linear model has: loops, backlash, bristles, sticking, singular inertia."""
     refuse_coupled(motion.given)
     for j in motion.given.with_backlash:
         what = "the ladder requires linear springs: leave it out, or use simulate"
@@ -310,7 +310,7 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
 
 
 def refuse_coupled(machine: Machine) -> None:
-    """Raise `InputError` for loops, and for joints with a variable, friction or motor that follow other joints."""
+    """Raise `InputError` for loops, and for dependent joints with a variable, friction or a motor."""
     if machine.loops:
         raise machine.error(f"loop {machine.loops[0].name}", "the ladder does not handle loops: use simulate")
     variables = {*machine.variables}
@@ -329,7 +329,7 @@ def refuse_coupled(machine: Machine) -> None:
 
 @dataclass(frozen=True)
 class PassedLoad:
-    """A joint whose friction rises with load along a motion: its entry k, its own forces, its sense s and slope s'.
+    """A joint with load-dependent friction along a motion: entry k, its forces, friction sense s and slope s' by v.
 
     `own` (N,) and `slope` (N,) are forces of its spring, damper and friction without load and their derivative by v,
     `share` mu, `rotor` Ia, `stiffness` that of its spring.
@@ -345,11 +345,11 @@ class PassedLoad:
     stiffness: float
 
     def load(self, forces: Array, a: Array) -> Array:
-        """Return lambda (N,) by the forces taken without load in friction, and accelerations (N, n)."""
+        """Return the transmitted torque lambda (N,) from `forces` without load friction, and accelerations (N, n)."""
         return np.asarray(forces[:, self.k] - self.own - self.rotor * a[:, self.k])
 
     def add(self, M: Array, D: Array, K: Array, forces: Array, a: Array) -> Array:
-        """Add this friction to M, D, K (N, n, n) and to the forces taken (N, n); return its slope by v (N,)."""
+        """Add load friction to M, D, K (N, n, n) and `forces` (N, n) in place; return its slope by v (N,)."""
         k, unit, load = self.k, np.eye(a.shape[1])[self.k], self.load(forces, a)
         at_load = self.share * np.sign(load) * self.sense
         rise: Array = self.share * np.abs(load) * self.rise
@@ -361,7 +361,7 @@ class PassedLoad:
 
 
 def with_passed_loads(reference: Reference, trajectory: Trajectory) -> Trajectory:
-    """Return the motion of a machine whose joints all are motors that follow exactly, with the loads of friction."""
+    """Return the motion of a machine with exactly prescribed motors only, with torques that load its friction."""
     machine, order = reference.loaded, np.argsort(reference.machine.motor_entries)
     if not machine.loaded:
         return trajectory

@@ -53,13 +53,13 @@ def path_if_resolved(reference: Reference, tolerance: Mapping[str, float]) -> Li
 
 
 def in_detail(reference: Reference) -> int:
-    """Return the number of samples, an even one, that resolve all parts of a motion."""
+    """Return an even number of samples that resolves the shortest part of a motion."""
     shortest = min(_times(reference), default=reference.duration)
     return 2 * int(np.ceil(IN_DETAIL / 2 * reference.duration / shortest))
 
 
 def refuse_unresolved(reference: Reference) -> None:
-    """Raise `InputError` for motions whose shortest part needs too many steps."""
+    """Raise `InputError` for motions whose shortest part requires more steps than the limit."""
     steps = in_detail(reference)
     if steps > MOST_IN_DETAIL:
         what = f"its shortest move, rise of a force or period of an oscillation lasts {min(_times(reference)):.3g} s: "
@@ -87,6 +87,6 @@ def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
 
 
 def _largest(outputs: Array) -> Array:
-    """Return the largest absolute values (WINDOWS, outputs) in parts of a motion."""
+    """Return the largest absolute values (WINDOWS, outputs) in consecutive windows of a motion."""
     ends = np.linspace(0, len(outputs) - 1, WINDOWS + 1).astype(int)
     return np.array([np.abs(outputs[first : last + 1]).max(axis=0) for first, last in pairwise(ends)])

@@ -44,7 +44,7 @@ class LinearMotion:
 
 @dataclass(frozen=True)
 class SmallMotion:
-    """d, d' and d'' (N, ..., n) at the times of the model, rad or m."""
+    """Small deviations d, d' and d'' (N, ..., n) from a motion at the times of its model, rad or m."""
 
     d: Array
     dd: Array
@@ -52,7 +52,7 @@ class SmallMotion:
 
 
 def small_motion(model: LinearMotion) -> SmallMotion:
-    """Return the motion from rest; d'' is that of the equations of motion, so M must be regular."""
+    """Return the solution of a linear model from rest; d'' is from the equations of motion, so M must be regular."""
     n, steps = model.R.shape[-1], len(model.R) - 1
     states = np.zeros((steps + 1, *model.R.shape[1:-1], 2 * n, 1))
     for k, (transition, push) in enumerate(zip(*_steps(model), strict=True)):
@@ -64,7 +64,7 @@ def small_motion(model: LinearMotion) -> SmallMotion:
 
 
 def _steps(model: LinearMotion) -> tuple[Array, Array]:
-    """Return the matrices (steps, ..., 2n, 2n) of steps and the vectors (steps, ..., 2n, 1) that are added."""
+    """Return transition matrices (steps, ..., 2n, 2n) of the state and increments by forces (steps, ..., 2n, 1)."""
     M, D, K = (_middle(x) for x in (model.M, model.D, model.K))
     even, odd = _at_stages(model.R)
     h, n = model.h, model.R.shape[-1]
@@ -84,7 +84,7 @@ def _steps(model: LinearMotion) -> tuple[Array, Array]:
 
 
 def _at_stages(R: Array) -> tuple[Array, Array]:
-    """Return the mean of R at the two stages of a step, and its change from one end of a step to the other.
+    """Return the mean of the forces R at both stages of a step, and their change over the step.
 
     At the stages, s^2 = 1/12, the cubic through samples at -3/2, -1/2, 1/2, 3/2 is 13/12 of the mean of the inner two
     less 1/12 of that of the outer two; likewise its slope.

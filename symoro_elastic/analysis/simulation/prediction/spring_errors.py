@@ -25,7 +25,7 @@ from symoro_elastic.foundation.array_types import Array
 
 @dataclass(frozen=True)
 class Errors:
-    """The largest errors of outputs over all motions, by name, in the units of the outputs."""
+    """The largest errors of outputs, by name, over all motions, with locked and with static springs."""
 
     left_out: tuple[str, ...]
     locked: Mapping[str, float]
@@ -39,22 +39,22 @@ def relative(errors: Mapping[str, float], tolerance: Mapping[str, float]) -> flo
 
 @dataclass(frozen=True)
 class Deviations:
-    """Small motions of a machine along one path, with any springs left out."""
+    """Small motions of a machine along one path, with springs omitted as required."""
 
     path: LinearPath
 
     @cached_property
     def whole(self) -> SmallMotion:
-        """d, d', d'' (N, 1, n) with all springs."""
+        """Small motion d, d', d'' (N, 1, n) with all springs."""
         return self.path.without([()])
 
     @cached_property
     def outputs(self) -> Array:
-        """dy (N, outputs) with all springs."""
+        """Output changes dy (N, outputs) with all springs."""
         return self._with_offsets(self.path.outputs.of(self.whole))[:, 0]
 
     def errors(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
-        """Return the errors (sets, outputs) of springs that are locked, and that are static; parts of drives follow."""
+        """Return errors (sets, outputs) of locked and of static springs; omitted parts of drives act without delay."""
         outputs = self.outputs[:, None]
         locked, static = np.zeros((2, len(sets), outputs.shape[-1]))
         for parts, rows in by_parts(sets, self.path.parts):
@@ -64,7 +64,7 @@ class Deviations:
         return locked, static
 
     def with_springs(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
-        """Return dy (N, sets, outputs) where springs are locked, and where they are static."""
+        """Return output changes dy (N, sets, outputs) with springs locked, and with springs static."""
         path, reduced = self.path, self.path.without(sets)
         locked = path.outputs.of(reduced)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + self.static_deflections(reduced, sets)))
@@ -72,11 +72,11 @@ class Deviations:
         return self._with_offsets(locked), self._with_offsets(static)
 
     def _with_offsets(self, dy: Array) -> Array:
-        """Return dy (N, sets, outputs) plus the outputs without a deviation."""
+        """Return output changes dy (N, sets, outputs) plus the outputs at zero deviation."""
         return dy if self.path.offsets is None else dy + self.path.offsets[:, None]
 
     def under(self, forces: Array, left_out: Collection[int]) -> Array:
-        """Return dy (N, sets, outputs) under several forces (N, sets, n), with the same springs static."""
+        """Return output changes dy (N, sets, outputs) under several forces (N, sets, n), same springs static."""
         path, reduced = self.path, self.path.driven_by(forces, left_out)
         deflected = self.static_deflections(reduced, [left_out] * forces.shape[1], forces)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + deflected))
@@ -85,7 +85,7 @@ class Deviations:
     def static_deflections(
         self, reduced: SmallMotion, sets: Sequence[Collection[int]], forces: Array | None = None
     ) -> Array:
-        """Return d_E (N, sets, n), zero for the coordinates that move; under R, or forces (N, sets, n)."""
+        """Return static deflections d_E (N, sets, n), zero for moving coordinates; under R, or forces (N, sets, n)."""
         driving = self.path.R[:, None] if forces is None else forces
         path, left_out = self.path, np.zeros((len(sets), len(self.path.joints)))
         for row, chosen in enumerate(sets):

@@ -48,7 +48,7 @@ Solve = Callable[[AnyArray], AnyArray]
 
 @dataclass(frozen=True)
 class _Rates:
-    """f(t, y) = [y_v; rate + slope (y - reference)] at times (N,): (N, n, 2n), (N, 2n), (N, n)."""
+    """Linear right-hand side f(t, y) = [y_v; rate + slope (y - reference)] at times (N,)."""
 
     slope: Array
     reference: Array
@@ -59,7 +59,7 @@ class _Rates:
         return np.asarray(self.rate - (self.slope @ self.reference[..., None])[..., 0])
 
     def at(self, Y: Array) -> Array:
-        """Return f of affine functions."""
+        """Return f of affine functions Y (N, 2n, 2n + 1) of the initial state."""
         n = self.rate.shape[1]
         moved = self.slope @ Y
         moved[..., -1] += self._at_zero
@@ -68,7 +68,7 @@ class _Rates:
 
 @dataclass(frozen=True)
 class _Solver:
-    """(I - g T)^-1 r by (M + g D + g^2 K) z_v = M r_v - g K r_q, z_q = r_q + g z_v, for steps (N,).
+    """Solver of (I - g T) z = r by (M + g D + g^2 K) z_v = M r_v - g K r_q, z_q = r_q + g z_v, for steps (N,).
 
     Arrays (N, r, r) of the coordinates `rows`: what r_v and r_q give to r_v - z_v.
     """
@@ -79,7 +79,7 @@ class _Solver:
     by_position: Array
 
     def solution(self, r: Array) -> Array:
-        """Return z of affine functions r."""
+        """Return the solution z for right-hand sides r that are affine functions."""
         r_q, r_v = np.split(r, 2, axis=1)
         z_v = r_v.copy()
         z_v[:, self.rows] -= self.by_velocity @ r_v[:, self.rows] + self.by_position @ r_q[:, self.rows]
@@ -88,7 +88,7 @@ class _Solver:
 
 @dataclass(frozen=True)
 class _Steps:
-    """Steps of a method of size h from even times (N,): right sides by stage, T, f before and after to tell df/dt.
+    """Steps of size h of a method: right-hand sides by stage, solver, and right-hand sides nearby for df/dt.
 
     `driven` are entries of y that are prescribed, `ends` (N, 2n) where they are after each step.
 
@@ -105,13 +105,13 @@ class _Steps:
     ends: Array
 
     def after(self, y: Array) -> Iterator[Array]:
-        """Yield y (2n,) after each step."""
+        """Yield the state y (2n,) after each step."""
         for A in self._functions():
             y = A[:, :-1] @ y + A[:, -1]
             yield y
 
     def _functions(self) -> Array:
-        """Return the steps as affine functions of y."""
+        """Return the steps as affine functions of y (N, 2n, 2n + 1)."""
         steps, size = self.ends.shape
         start = np.tile(np.eye(size, size + 1), (steps, 1, 1))
 
@@ -125,7 +125,7 @@ class _Steps:
         return self._with_driven(functions, self.ends)
 
     def _at(self, rates: _Rates, Y: Array) -> Array:
-        """Return f, motors where they are prescribed to be then."""
+        """Return f with motors at their prescribed states."""
         return rates.at(self._with_driven(Y, rates.reference))
 
     def _with_driven(self, Y: Array, there: Array) -> Array:
@@ -144,7 +144,7 @@ class _Steps:
 
 @dataclass(frozen=True)
 class StepErrors:
-    """Errors of methods on one path without the springs `left_out` (entries of q).
+    """Errors of time-step methods on one path without the springs `left_out` (entries of q).
 
     They are locked; static where the outputs of the path follow their deflections, see `LinearPath.recovering`.
     """
@@ -154,11 +154,11 @@ class StepErrors:
 
     @cached_property
     def rows(self) -> Array:
-        """The entries of q that the equations of motion give."""
+        """The entries of q that the equations of motion determine."""
         return np.array([k for k in self.path.moved if k not in self.left_out], dtype=int)
 
     def errors(self, method: Method, steps: int) -> dict[str, float]:
-        """Return the largest errors by output at the ends of even steps; infinite where they grow out of range."""
+        """Return the largest errors by output at the ends of equal steps; infinite if they overflow."""
         path = self.path
         t = np.linspace(0.0, path.t[-1], steps + 1)
         outputs = path.outputs.at(path.t, t)
@@ -182,7 +182,7 @@ class StepErrors:
         return self.path.finer(FINE * (len(self.path.t) - 1) + 1).without([self.left_out])
 
     def _run(self, method: Method, t: Array) -> Array:
-        """Return y (N, 2n) of the method."""
+        """Return the states y (N, 2n) by the method at times t."""
         y = [self._states(t[:1])[0]]
         rounded = replace(method, **{field.name: _floats(getattr(method, field.name)) for field in fields(method)})
         for first in range(0, len(t) - 1, BLOCK):
@@ -206,7 +206,7 @@ class StepErrors:
 
     @cached_property
     def _at_samples(self) -> tuple[Array, Array]:
-        """-M^-1 [K, D] (N, n, 2n) and v' at y_r (N, n) at the samples of the model.
+        """Right-hand side at the samples of the model: -M^-1 [K, D] (N, n, 2n), and v' at y_r (N, n).
 
         They are smooth where the acceleration of a motor under a servo is not.
         """
@@ -238,19 +238,19 @@ class StepErrors:
         return _Solver(g, rows, inverse @ S, inverse @ (g * K))
 
     def _accelerations(self, t: Array, wrong: Array) -> Array:
-        """Return errors of accelerations (N, n) that errors of y (N, 2n) make."""
+        """Return acceleration errors (N, n) caused by errors of the state y (N, 2n)."""
         blocks = [slice(first, first + BLOCK) for first in range(0, len(t), BLOCK)]
         return np.concatenate([np.einsum("tij,tj->ti", self._rates(t[b]).slope, wrong[b]) for b in blocks])
 
     def _states(self, t: Array) -> Array:
-        """Return y_r (N, 2n)."""
+        """Return the reference states y_r (N, 2n) at times t."""
         q, v, _ = self.path.states(t)
         return np.concatenate([q, v], axis=1)
 
 
 @dataclass(frozen=True)
 class StepChoice:
-    """Steps of a method that suffice, even over the motion, and the errors that they make, by output.
+    """A sufficient number of equal steps of a method, and their errors by output.
 
     `is_tried` is False where errors were found at longer steps, and go down by the order of the method.
     """
@@ -263,7 +263,7 @@ class StepChoice:
 def fewest_steps(
     of: StepErrors, method: Method, tolerance: Mapping[str, float], share: float, at_least: int = 1
 ) -> StepChoice:
-    """Return about the fewest steps whose errors are at most a share of the tolerances; `at_least` from stability.
+    """Return approximately the fewest steps whose errors are at most `share` of the tolerances.
 
     More are taken where a few per cent of them would not be saved.
     """
@@ -286,7 +286,7 @@ def fewest_steps(
 
 
 def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
-    """Return steps between too few and enough, neither of both, estimated from the excess of their errors."""
+    """Return a number of steps strictly between too few and enough, by interpolation of their errors."""
     middle = np.sqrt(wrong[0] * enough[0])
     if np.isfinite(wrong[1]) and 0 < enough[1] < wrong[1]:
         order = np.log(wrong[1] / enough[1]) / np.log(enough[0] / wrong[0])
@@ -296,7 +296,7 @@ def _between(wrong: tuple[int, float], enough: tuple[int, float]) -> int:
 
 
 def _extrapolation(method: Method, steps: int, errors: Mapping[str, float], excess: float) -> StepChoice:
-    """Return the steps at which errors that were found at too few are small enough, by the order of the method."""
+    """Return the steps that suffice by extrapolation of the errors at too few steps, by the order of the method."""
     if not np.isfinite(excess):
         return StepChoice(MOST_STEPS, errors, is_tried=False)
     factor = excess ** (1 / method.order)
@@ -305,14 +305,14 @@ def _extrapolation(method: Method, steps: int, errors: Mapping[str, float], exce
 
 
 def _floats(value: Any) -> Any:
-    """Return a value with floats for the fractions in it."""
+    """Return a value with its fractions, also within tuples, converted to floats."""
     if isinstance(value, tuple):
         return tuple(map(_floats, value))
     return float(value) if isinstance(value, Fraction) else value
 
 
 def nodes(method: Method) -> Array:
-    """Return the parts of a step at which a method evaluates the right side, stage by stage."""
+    """Return the nodes c of a method: fractions of a step at which it evaluates the right-hand side."""
     return np.array(times_of(method), dtype=float)
 
 
@@ -364,13 +364,13 @@ def _(method: Midpoint, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: A
 
 
 def growth(method: Method, z: AnyArray) -> AnyArray:
-    """Return R(z), the growth of y in a step where y' = lambda y, z = lambda h and T is exact."""
+    """Return the stability function R(z) of a method, with z = lambda h and an exact Jacobian."""
     ones = np.ones_like(z)
     return step(method, 1.0, ones, lambda _, y: z * y, lambda r: r / (1 - gamma(method) * z), 0.0 * ones)
 
 
 def _sum(weights: Coefficients, terms: list[AnyArray]) -> AnyArray:
-    """Return sum_j weights_j terms_j, zero where there are none."""
+    """Return the sum of weights_j terms_j; zero without terms."""
     parts = [float(weight) * term for weight, term in zip(weights, terms, strict=True) if weight]
     return sum(parts[1:], start=parts[0]) if parts else np.zeros(())
 
@@ -391,7 +391,7 @@ SLOWEST, FREQUENCIES = 1e-2, 2000
 
 
 def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
-    """Return the poles, rad/s, at places along a motion, with springs (entries of q) left out."""
+    """Return the poles, rad/s, at positions along a motion, with springs (entries of q) omitted."""
     places = np.unique(np.linspace(0, len(path.t) - 1, PLACES).astype(int))
     rows = np.array([k for k in path.moved if k not in left_out], dtype=int)
     M, D, K = (x[places][:, rows[:, None], rows] for x in (path.M, path.D, path.K))
@@ -403,7 +403,7 @@ def poles(path: LinearPath, left_out: tuple[int, ...] = ()) -> ComplexArray:
 
 
 def largest_stable_step(method: Method, of: ComplexArray) -> float:
-    """Return the largest step, s, up to which no motion with poles `of` (rad/s) grows; may be infinite.
+    """Return the largest step, s, at which a method is stable for all poles `of`, rad/s; may be infinite.
 
     Poles of motions that grow by themselves, such as that of a pendulum upside down, set no limit.
     """
@@ -420,13 +420,13 @@ def largest_stable_step(method: Method, of: ComplexArray) -> float:
 
 @cache
 def _boundary(method: Method) -> tuple[Array, Array]:
-    """Return angles of z in the upper left quadrant, and by angle how far |R(z)| <= 1 holds."""
+    """Return angles of z in the upper left quadrant, and the largest stable |z| at each angle."""
     angles = np.linspace(np.pi / 2, np.pi, ANGLES)
     return angles, _reach(method, np.minimum(np.cos(angles), 0.0) + 1j * np.sin(angles))
 
 
 def _reach(method: Method, directions: ComplexArray) -> Array:
-    """Return by direction the largest |z| up to which |R(z)| <= 1; infinite beyond the search."""
+    """Return for each direction the largest |z| up to which |R(z)| <= 1; infinite beyond the search range."""
     radii = np.arange(APART, FARTHEST, APART)
     stable = _stable(method, directions[:, None] * radii)
     first = np.argmin(stable, axis=1)
