@@ -24,7 +24,7 @@ class Dialect:
 
 
 def c_continued(head: str, parts: list[str]) -> str:
-    """A long statement of a language in which a line may end anywhere."""
+    """A long statement, broken into lines, of a language in which a line may end anywhere."""
     return "\n        ".join([head + parts[0], *parts[1:]])
 
 
@@ -43,7 +43,7 @@ PYTHON = Dialect(
 
 
 def positions_by_name(names: Iterable[str]) -> Indices:
-    """Positions of names, as text."""
+    """Index of each name in a list, as text."""
     return {name: str(k) for k, name in enumerate(names)}
 
 
@@ -62,7 +62,7 @@ class Writer:
     def unpack_lines(
         self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
     ) -> dict[str, str]:
-        """The lines of `unpack` by the names that they define."""
+        """The lines of `unpack`, keyed by the names that they define."""
         used, read, dialect = set(used), read or {}, self.dialect
         return {
             symbol: f"    {dialect.declare}{symbol} = "
@@ -81,7 +81,7 @@ class Writer:
         return lines
 
     def heading(self, section: Section) -> str:
-        """Recursion, joint and equations, as text."""
+        """Heading of a section, as text: recursion, joint and equations."""
         if section.joint is None:
             return section.title
         joint = f"joint {section.joint} ({self.joints[section.joint - 1]})" if section.joint else "base"
@@ -97,7 +97,7 @@ class Writer:
 
 
 def break_sum(text: str) -> list[str]:
-    """A long sum cut before its signs, at the outermost level that is short enough."""
+    """A long sum cut before its signs, at the outermost bracket level with short enough pieces."""
     parts, depth, start, last = [], 0, 0, 0
     for position, character in enumerate(text):
         depth += (character == "(") - (character == ")")

@@ -65,7 +65,7 @@ def closed_forms(outputs: Sequence[Output], notation: Notation) -> dict[int, Clo
 
 
 def affordable(expressions: Iterable[Expression]) -> list[Expression]:
-    """The expressions that can be written out, the smallest first, until about a second is spent."""
+    """The expressions small enough to be expanded, the smallest first, until about a second is spent."""
     expressions = list(expressions)
     sizes = written_out(expressions)
     terms_left, chosen = MAX_TERMS_IN_ALL, []
@@ -79,7 +79,7 @@ def affordable(expressions: Iterable[Expression]) -> list[Expression]:
 
 
 def closed_equations(package: Package, function: Function, notation: Notation) -> list[Equation]:
-    """The results of a function that can be written out, entries that are equal in one line.
+    """Equations of a function's results with short closed forms, equal entries in one line.
 
     A vector or matrix is written whole, too, where it is short. Matrices of a stack are whole or left out.
     """
@@ -113,7 +113,7 @@ def _latex(x: Operand, forms: Mapping[int, ClosedForm]) -> str:
 
 
 def written_out(roots: Iterable[Scalar]) -> dict[int, Size]:
-    """Sizes of expressions as trees; sines and cosines count double, as sums of angles double them."""
+    """Sizes of expressions expanded to trees; sines and cosines count double, as sums of angles double them."""
     sizes: dict[int, Size] = {}
     for node in reachable(roots):
         parts = [
@@ -140,7 +140,7 @@ def _size(operation: str, parts: Sequence[Size]) -> Size:
 
 
 class Conversion:
-    """SymPy expressions of nodes; `known` are those of some nodes, by number."""
+    """Conversion of nodes to SymPy expressions; `known` are given ones, by node number."""
 
     def __init__(self, sympy: Any, known: Mapping[int, Any] | None = None) -> None:
         self.sympy = sympy
@@ -154,7 +154,7 @@ class Conversion:
         self.operations = library(sympy, own)
 
     def __call__(self, x: Operand) -> Any:
-        """The expression of an operand."""
+        """The SymPy expression of an operand."""
         if not isinstance(x, Expression):
             return self.sympy.Rational(Fraction(x).numerator, Fraction(x).denominator)
         for node in reachable([x]):
@@ -163,7 +163,7 @@ class Conversion:
         return self.found[x.id]
 
     def node(self, node: Expression) -> Any:
-        """The expression of a node whose operands are converted."""
+        """The SymPy expression of a node whose operands are converted."""
         if node.operation == op.SYMBOL:
             return self.sympy.Symbol(node.operands[0])
         operands = [self.found[x.id] if isinstance(x, Expression) else self(x) for x in node.operands]
@@ -171,7 +171,7 @@ class Conversion:
 
 
 def written_forms(sympy: Any, x: Any) -> tuple[Any, Any]:
-    """A SymPy expression written out: in products of sines and cosines, and in sums of angles."""
+    """A SymPy expression expanded in two ways: to products of sines and cosines, and to sums of angles."""
     from sympy.simplify.fu import TR8
 
     over, under = (sympy.expand(part) for part in sympy.fraction(sympy.together(x)))
@@ -181,7 +181,7 @@ def written_forms(sympy: Any, x: Any) -> tuple[Any, Any]:
 
 
 def _shortest(sympy: Any, x: Any, notation: Notation) -> ClosedForm | None:
-    """The shorter of the two forms, if it is short."""
+    """The shorter of the two expanded forms, or None if it is long."""
     try:
         printed = [ClosedForm(form, _Printer(sympy, notation).text(form).signed()) for form in written_forms(sympy, x)]
     except LookupError:
@@ -191,12 +191,12 @@ def _shortest(sympy: Any, x: Any, notation: Notation) -> ClosedForm | None:
 
 
 def visible_length(latex: str) -> int:
-    """Signs that a LaTeX text shows, roughly."""
+    """Approximate number of characters that a LaTeX text shows."""
     return len(re.sub(r"\\(mathit|mathrm|d?dot|overline|frac|,)|[{}_^\s]", "", re.sub(r"\\(sin|cos)\b", "sin", latex)))
 
 
 class _Printer:
-    """LaTeX of SymPy expressions in the notation of a program; `LookupError` where there is none."""
+    """Printer of SymPy expressions as LaTeX in the notation of a program; `LookupError` for unsupported ones."""
 
     def __init__(self, sympy: Any, notation: Notation) -> None:
         self.sympy, self.notation = sympy, notation
@@ -210,7 +210,7 @@ class _Printer:
         }
 
     def text(self, x: Any) -> Text:
-        """An expression."""
+        """LaTeX of an expression."""
         if x.is_Rational:
             return number(Fraction(int(x.p), int(x.q)))
         if x.is_Symbol:
@@ -236,7 +236,7 @@ class _Printer:
         return self._call(x, "")
 
     def _rank(self, factor: Any) -> int:
-        """Constants, symbols, sums, then functions."""
+        """Sort key of a factor: constants, symbols, sums, then functions."""
         base = factor.base if factor.is_Pow else factor
         return 0 if base.is_number else 3 if base.is_Function else 2 if base.is_Add else 1
 

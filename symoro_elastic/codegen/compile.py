@@ -46,7 +46,7 @@ MOST_OPTIMISED = 3000
 
 
 class CompilerError(InputError):
-    """There is a C compiler to be installed, or to be mended."""
+    """A C compiler has to be installed or repaired."""
 
     def __init__(self, what: str) -> None:
         super().__init__("symoro-elastic", "C compiler", what)
@@ -114,7 +114,7 @@ def run_program(command: Sequence[str], folder: Path | None = None) -> subproces
 
 
 def optimisation(package: Package) -> str:
-    """The option with which code is compiled to be checked, not to be fast: -O2, and -O0 for long functions."""
+    """The optimization option for code that is compiled for checks: -O2, or -O0 for long functions."""
     longest = max((len(f.program.once) + len(f.program.statements) for f in package.functions), default=0)
     return "-O2" if longest <= MOST_OPTIMISED else "-O0"
 
@@ -164,7 +164,7 @@ def _run_compiler(files: Mapping[str, str], command: Sequence[str], target: Path
 
 
 def _first_complaint(messages: str) -> str:
-    """The first line that holds an error, without the notes before it."""
+    """The first line of compiler messages that contains an error, without the notes before it."""
     lines = [line.strip() for line in messages.splitlines() if line.strip()]
     return next((line for line in lines if "error:" in line), lines[0] if lines else "failed without a message")
 
@@ -221,7 +221,7 @@ class CompiledPackage:
         return self._by_name(signature, [np.ascontiguousarray(array.T) for array in results], lead)
 
     def _rows(self, array: Array, lead: tuple[int, ...]) -> Array:
-        """An array broadcast to the leading axes, one state a row."""
+        """An array broadcast to the leading axes, with one row per state."""
         size = array.shape[-1]
         wide = array if array.shape[:-1] == lead else np.broadcast_to(array, (*lead, size))
         return np.ascontiguousarray(wide, self.type).reshape(math.prod(lead), size)
@@ -248,7 +248,7 @@ def compile_package(
     precision: Precision = DOUBLE,
     flags: Sequence[str] = (),
 ) -> CompiledPackage:
-    """A package compiled in a folder, from its C text `files` where that is at hand, by default to be checked.
+    """Compile a package in a folder, from its C text `files` if available, by default for checks.
 
     Raises `CompilerMissing`, `CompilationFailed`.
     """
@@ -259,7 +259,7 @@ def compile_package(
 
 
 def load_library(library: Path) -> ctypes.CDLL:
-    """Return a compiled library, which is closed when neither it nor a function of it is held any more.
+    """Return a compiled library, which is closed when neither it nor a function of it is referenced any more.
 
     Raises `CompilationFailed` for a file that is not a library.
     """
@@ -282,7 +282,7 @@ def function_in(library: ctypes.CDLL, name: str) -> Any:
 
 
 def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:
-    """A function of the library with numbers, then arrays, as arguments."""
+    """A function of the library whose arguments are the types `first`, then pointers to arrays."""
     entry = function_in(library, name)
     entry.argtypes, entry.restype = [*first, *[ctypes.c_void_p] * arrays], None
     return entry

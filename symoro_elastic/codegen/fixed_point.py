@@ -33,14 +33,14 @@ TURN = 2 * PI / 2**TURN_BITS
 
 
 class Quantized(NamedTuple):
-    """A number of the text: `value` times 2^-`bits`."""
+    """A fixed-point number in generated text: `value` times 2^-`bits`."""
 
     value: int
     bits: int
 
     @property
     def exact(self) -> Fraction:
-        """The value."""
+        """The exact value as a fraction."""
         return Fraction(self.value) * Fraction(2) ** -self.bits
 
 
@@ -57,7 +57,7 @@ class FixedPoint:
 
 
 def bits_of(magnitude: Fraction) -> int:
-    """The most bits after the binary point with which numbers of this magnitude fit."""
+    """Largest number of bits after the binary point with which numbers of this magnitude fit into an integer."""
     if not magnitude:
         return MOST_BITS
     bits = 31 - (magnitude.numerator.bit_length() - magnitude.denominator.bit_length())
@@ -101,7 +101,7 @@ def turn_factor(bits: int) -> Quantized:
 
 
 def whole_units(low: float, high: float, unit: Fraction) -> tuple[int, int]:
-    """The first and last integer multiple of a unit in a range; the last is less if there is none."""
+    """The first and last integer multiple of a unit in a range; the last is below the first if there is none."""
     return math.ceil(Fraction(low) / unit), math.floor(Fraction(high) / unit)
 
 
@@ -112,7 +112,7 @@ def is_any_angle(low: float, high: float) -> bool:
 
 
 def turning(program: Program) -> frozenset[int]:
-    """The numbers of nodes that occur in sines and cosines only, directly or through sums and multiples.
+    """Numbers of the nodes that occur only in sines and cosines, directly or through sums and multiples.
 
     They may be off by whole turns. Multiples are by whole numbers.
     """

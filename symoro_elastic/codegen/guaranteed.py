@@ -22,7 +22,7 @@ class EntryRange:
 
 @dataclass(frozen=True)
 class Guaranteed:
-    """The box of a function in a precision, and the sentences on its guarantees."""
+    """The operating range (box) of a function in a precision, and the sentences on its guarantees."""
 
     ranges: tuple[EntryRange, ...]
     sentences: tuple[str, ...]
@@ -33,7 +33,7 @@ class Guaranteed:
         return [line for text in self.sentences for line in textwrap.wrap(text, LINE, subsequent_indent="  ")]
 
     def ends(self, argument: str, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Lower and upper ends of all entries of an argument; infinite where an entry does not count."""
+        """Lower and upper bounds of all entries of an argument; infinite for entries without a range."""
         low, high = [-math.inf] * size, [math.inf] * size
         for span in self.ranges:
             if span.argument == argument:
@@ -47,6 +47,6 @@ class Guaranteed:
 
 
 def conditions(ranges: Sequence[EntryRange], cast: str = "") -> list[str]:
-    """Comparisons in C, of doubles; all of them hold in the box, and none holds for NaN."""
+    """C comparisons of doubles, all true inside the ranges and false for NaN."""
     entries = [(f"{cast}{span.argument}[{span.entry}]", span) for span in ranges]
     return [text for entry, span in entries for text in (f"{entry} >= {span.low!r}", f"{entry} <= {span.high!r}")]

@@ -19,7 +19,7 @@ OTHERS = 560
 
 
 class HalWriter(Writer):
-    """Assignments of C to variables that are declared above."""
+    """Writer of C assignments to variables that are declared beforehand."""
 
     def statements(self, statements: Sequence[Statement]) -> list[str]:
         """Assignments below the headings of their sections."""
@@ -34,7 +34,7 @@ class HalFunction:
     """A model of a package as a static function: `<name>_<model>(arguments, results)`."""
 
     def __init__(self, package: Package, function: Function, static: bool | None = None) -> None:
-        """`static` makes variables static; None: those of a large model."""
+        """Prepare the function; `static` makes variables static; None: only those of a large model."""
         self.package, self.function = package, function
         self.name = f"{package.name}_{function.name}"
         self.own = {operation: f"{package.name}_{operation}" for operation in OWN_FUNCTIONS}
@@ -49,11 +49,11 @@ class HalFunction:
 
     @property
     def called(self) -> set[str]:
-        """The operations for which it calls own functions."""
+        """The operations that need a helper function of the file."""
         return {key for key, name in self.own.items() if any(f"{name}(" in line for line in self.lines)}
 
     def text(self) -> str:
-        """Return the definition."""
+        """Return the definition of the C function."""
         copies = [f"{INDENT}{symbol} = {self.entries[symbol]};" for symbol in self.read]
         body = [*self._declarations(), *self._unread(), "", *copies, *self.lines]
         return "\n".join([*self._head(), "{", *body, "}"])
@@ -73,7 +73,7 @@ class HalFunction:
         yield with_arguments(f"static void {self.name}", arrays)
 
     def _declarations(self) -> Iterator[str]:
-        """Parameters that are read, and variables, many a line."""
+        """Lines that define the used parameters as constants and declare the variables, several per line."""
         for p in self.package.parameters:
             if p.symbol in self.printer.referenced:
                 about = ", ".join(x for x in (p.name if p.name != p.symbol else "", p.unit) if x)

@@ -41,7 +41,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Stretch:
-    """The equations of a section of a program."""
+    """A section of a program with its equations."""
 
     section: Section
     equations: tuple[Equation, ...]
@@ -49,7 +49,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Solution:
-    """A function as equations: work for each parameter set, work for each call, results."""
+    """A function as equations: those for a parameter set, those for a call, and results."""
 
     once: tuple[Stretch, ...]
     steps: tuple[Stretch, ...]
@@ -59,7 +59,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Array:
-    """A result in print: symbols of its entries, of its vector or matrices, and of their columns."""
+    """A result in LaTeX: symbols of its entries and of its vector or matrices, and the number of columns."""
 
     output: Output
     entries: tuple[str, ...]
@@ -68,19 +68,19 @@ class Array:
 
     @property
     def fits(self) -> bool:
-        """Whether its vector or matrices are small enough to be shown."""
+        """Whether the vector or matrices are small enough to be shown."""
         rows = len(self.entries) // max(1, len(self.wholes) * self.columns)
         return 0 < rows <= MATRIX and self.columns <= MATRIX
 
     def matrices(self, texts: Sequence[str]) -> Iterator[tuple[str, Sequence[str]]]:
-        """Symbols and entries of its matrices."""
+        """Symbol and entries of each matrix of the result."""
         size = len(texts) // max(1, len(self.wholes))
         for k, whole in enumerate(self.wholes):
             yield whole, texts[k * size : (k + 1) * size]
 
 
 def solution(package: Package, function: Function) -> Solution:
-    """Print the program of a package's function."""
+    """Return the program of a package's function as LaTeX equations."""
     program = function.program
     notation = Notation(program)
     printer = LatexPrinter(program, notation)
@@ -104,7 +104,7 @@ class LatexPrinter(Printer):
             self.variables[number] = text._replace(text=notation[text.text])
 
     def equation(self, statement: Statement) -> Equation:
-        """A statement; a function of a lone symbol needs no brackets there."""
+        """Equation of a statement; a function of a single symbol is written without brackets."""
         node = statement.node
         if node.operation in (op.SIN, op.COS, op.SIGN) and not statement.negative:
             argument = self.text(node.operands[0])
@@ -113,11 +113,11 @@ class LatexPrinter(Printer):
         return Equation(self.notation[statement.name], self.right_side(statement))
 
     def text(self, x: Operand) -> Text:
-        """An expression, by its symbol where it has one."""
+        """LaTeX of an expression, by its symbol where it has one."""
         return super().text(x) if isinstance(x, Expression) else number(x)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node written out, its sign reversed when `flipped`."""
+        """LaTeX of a node's operation, its sign reversed when `flipped`."""
         operation, operands = node.operation, node.operands
         if operation == op.SYMBOL:
             return Text(flipped, self.notation[operands[0]], ATOM)
@@ -150,13 +150,13 @@ def product(first: Text, second: Text, flipped: bool = False) -> Text:
 
 
 def _turn(halves: Constant) -> str:
-    """A multiple of pi."""
+    """LaTeX of a multiple of pi, from the multiple of pi/2."""
     over, under = Fraction(halves).as_integer_ratio()
     return rf"\frac{{{'' if over == 1 else over}\pi}}{{{under}}}"
 
 
 def number(value: Constant) -> Text:
-    r"""A constant: integer, decimal as in double precision, m \cdot 10^{e}, or a fraction with small terms."""
+    r"""LaTeX of a constant: integer, decimal as in double precision, m \cdot 10^{e}, or a fraction of small terms."""
     size = abs(Fraction(value))
     decimal = Decimal(repr(float(size))).normalize()
     if Fraction(decimal) != size and max(size.numerator, size.denominator) < 1000:
@@ -175,7 +175,7 @@ def _stretches(printer: LatexPrinter, statements: Sequence[Statement]) -> Iterat
 
 
 def arrays(package: Package, function: Function) -> list[Array]:
-    """The results of a function with their symbols."""
+    """The results of a function with the symbols for LaTeX."""
     pairs = zip(function.program.outputs, function.results, strict=True)
     return [_array(package, output, result) for output, result in pairs]
 
@@ -197,7 +197,7 @@ def _array(package: Package, output: Output, result: Result) -> Array:
 
 
 def _numbers(package: Package) -> tuple[dict[str, str], dict[str, str]]:
-    """Numbers of joints by their names, and of frames, named ones included."""
+    """Numbers of joints by joint name, and numbers of frames by frame name."""
     numbered = [(name, str(j)) for j, name in enumerate(package.joint_names, start=1)]
     rows, others = numbered[: len(package.antecedents)], numbered[len(package.antecedents) :]
     joints = {f"{what}{name}": j for name, j in rows for what in ("", f"{JOINT} ", f"{ROW} ")}
@@ -215,7 +215,7 @@ def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> li
 
 
 def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) -> str:
-    """Symbol and first index, numbered by joint or frame; the observer frame is the left superscript.
+    """Symbol and first index of an entry, by joint or frame; the observer frame is the left superscript.
 
     The index of a degree of freedom of the base is 0, and its number.
     """
@@ -230,7 +230,7 @@ def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) 
 
 
 def _result(printer: LatexPrinter, array: Array) -> Iterator[Equation]:
-    """The entries that are not a named variable already, then the arrays that are not too large."""
+    """Equations of a result: entries that are not a named variable, then its vector or matrices if small."""
     texts = [printer.value(x) for x in array.output.entries]
     inside = array.fits and len(array.output.shape) == 3
     for k, symbol in enumerate(array.entries):
@@ -243,6 +243,6 @@ def _result(printer: LatexPrinter, array: Array) -> Iterator[Equation]:
 
 
 def matrix(entries: Sequence[str], columns: int) -> str:
-    """A matrix of printed entries."""
+    """LaTeX of a matrix of printed entries."""
     rows = [" & ".join(entries[k : k + columns]) for k in range(0, len(entries), columns)]
     return r"\begin{pmatrix} " + r" \\ ".join(rows) + r" \end{pmatrix}"

@@ -10,7 +10,7 @@ from symoro_elastic.symbolic.program import rename_variables
 
 
 def with_local_names(package: Package, own: Collection[str]) -> Package:
-    """Return the package with other local names for the variables and parameters whose names generated code uses.
+    """Return the package with other local names for variables and parameters whose names are reserved (`own`).
 
     `own` are the identifiers of a target's templates; arrays of functions, and functions and macros of the machine, are
     used too. Users see the names of parameters and joints as they are: only local variables are renamed, `c` to `c_`.
@@ -37,7 +37,7 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
 
 
 def with_own_results(package: Package) -> Package:
-    """Return the package with names of results that no argument of the function has: `q_dep_out` for q_dep.
+    """Return the package with result names that differ from all arguments: `q_dep_out` for q_dep.
 
     In C both are parameters of the same function.
     """
@@ -45,7 +45,7 @@ def with_own_results(package: Package) -> Package:
 
 
 def of_own_results(function: Function) -> Function:
-    """Return the function with names of results that none of its arguments has."""
+    """Return the function with result names that differ from all its arguments."""
     shared = {a.name for a in function.arguments} & {r.name for r in function.results}
     if not shared:
         return function
@@ -64,7 +64,7 @@ def _symbols(package: Package) -> Iterator[str]:
 
 
 def _free(name: str, prefixes: tuple[str, ...], taken: Collection[str]) -> str:
-    """The name with an underscore after it, then with a number, and with one before it where needed."""
+    """A free name: the name with an underscore after it, then with a number, and with one before it if needed."""
     stem = f"of_{name}" if name.startswith(prefixes) else name
     number, found = 1, f"{stem.rstrip('_')}_"
     while found in taken:

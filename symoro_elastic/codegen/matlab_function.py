@@ -62,14 +62,14 @@ def _is_literal(text: Text) -> bool:
 
 
 class MatlabPrinter(Printer):
-    """Prints elementwise operators; operators with a literal need no dot."""
+    """Prints expressions with elementwise MATLAB operators; operators with a literal need no dot."""
 
     operators: ClassVar[Mapping[str, Rule]] = {**OPERATORS, MULTIPLY: _product, DIVIDE: _quotient}
 
 
 @dataclass(frozen=True)
 class MatlabFunction:
-    """Template data of a function."""
+    """Template data of a MATLAB function."""
 
     name: str
     title: str
@@ -82,13 +82,13 @@ class MatlabFunction:
 
     @property
     def left(self) -> str:
-        """The results, as the left side of a call."""
+        """The results as the left-hand side of a call."""
         names = [result.name for result in self.results]
         return names[0] if len(names) == 1 else f"[{', '.join(names)}]"
 
     @property
     def given(self) -> str:
-        """The arguments before p, in the brackets of a call."""
+        """The arguments before p, as the argument list of a call."""
         return ", ".join(argument.name for argument in self.arguments)
 
 
@@ -124,7 +124,7 @@ def _with_short_names(program: Program, names: Mapping[str, str]) -> Program:
 
 
 def _shorten(name: str, used: set[str]) -> str:
-    """The beginning of a name with a number, added to the used names."""
+    """A shortened name, ending with a number; it is added to the `used` names."""
     number = 1
     while (short := f"{name[: LONGEST_NAME - 8].rstrip('_')}_{number}") in used:
         number += 1
@@ -133,7 +133,7 @@ def _shorten(name: str, used: set[str]) -> str:
 
 
 def matlab_function(package: Package, function: Function) -> MatlabFunction:
-    """Return a function of a package with names of MATLAB."""
+    """Return the template data of a function with MATLAB names."""
     program = function.program
     printer = MatlabPrinter(program, functions=MATLAB.functions)
     arguments, results = tuple(map(of_argument, function.arguments)), tuple(map(of_result, function.results))
@@ -166,7 +166,7 @@ def _read(array: str, symbols: Sequence[str], used: set[str]) -> Iterator[str]:
 
 
 def _result(result: MatlabArray, values: Sequence[str]) -> Iterator[str]:
-    """Lines that put the entries of a result into their places."""
+    """Lines that store the entries of a result."""
     yield f"    {result.name} = zeros({', '.join(map(str, result.dims))}, states);"
     for k, value in enumerate(values):
         if value != "0.0":
@@ -174,7 +174,7 @@ def _result(result: MatlabArray, values: Sequence[str]) -> Iterator[str]:
 
 
 def _remarks(function: Function) -> Iterator[str]:
-    """Further remarks on a function, in lines."""
+    """Lines of further remarks on a function."""
     if function.divides:
         yield f"{SINGULAR[:1].upper()}{SINGULAR[1:]}."
     for result in function.results:
@@ -192,7 +192,7 @@ def _remarks(function: Function) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class MatlabArray:
-    """An array of a state; `columns` and `pages` are None where it has no such axis.
+    """A MATLAB array for one state; `columns` and `pages` are None if it has no such dimension.
 
     Other languages store it row by row, or `by_columns` as MATLAB does.
     """
@@ -206,7 +206,7 @@ class MatlabArray:
 
     @property
     def dims(self) -> tuple[int, ...]:
-        """The lengths of its axes."""
+        """Lengths of the dimensions."""
         return self.rows, *(length for length in (self.columns, self.pages) if length is not None)
 
     @property
@@ -216,23 +216,23 @@ class MatlabArray:
 
     @property
     def size(self) -> str:
-        """The axes of a state in words: `4 x 4 x 3`, `12 x 1`."""
+        """Size for one state as text: `4 x 4 x 3`, `12 x 1`."""
         dims = self.dims if len(self.dims) > 1 else (*self.dims, 1)
         return " x ".join(map(str, dims))
 
     @property
     def sizes(self) -> str:
-        """The axes of N states in words: `4 x 4 x 3 x N`."""
+        """Size for N states as text: `4 x 4 x 3 x N`."""
         return " x ".join(map(str, (*self.dims, "N")))
 
     @property
     def shape(self) -> str:
-        """Source of the row of the axes: `12`, `[4 4]`."""
+        """MATLAB source of the size vector: `12`, `[4 4]`."""
         return str(self.dims[0]) if len(self.dims) == 1 else f"[{' '.join(map(str, self.dims))}]"
 
     @property
     def transposition(self) -> tuple[int, int, int]:
-        """Pages, rows and columns, to be turned from row by row to column by column."""
+        """Pages, rows and columns for the conversion from row-major to column-major order."""
         pages, columns = (1 if length is None else length for length in (self.pages, self.columns))
         return (pages, self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
 
@@ -245,7 +245,7 @@ class MatlabArray:
 
 
 def of_argument(argument: Argument) -> MatlabArray:
-    """Return an argument: a column, or an equivalent matrix."""
+    """Return the MATLAB array of an argument: a column, or an equivalent square matrix."""
     rows = argument.quantity.rows
     if rows and rows * rows == argument.size:
         return MatlabArray(argument.name, _meaning(argument), rows, rows)
@@ -253,7 +253,7 @@ def of_argument(argument: Argument) -> MatlabArray:
 
 
 def of_result(result: Result) -> MatlabArray:
-    """Return a result; rows that belong to frames become its last axis."""
+    """Return the MATLAB array of a result; the frames of a result become its last dimension."""
     shape, name, meaning = result.shape, result.name, _meaning(result)
     if len(shape) == 1:
         return MatlabArray(name, meaning, shape[0])
@@ -265,7 +265,7 @@ def of_result(result: Result) -> MatlabArray:
 
 
 def of_step(array: CalledArray) -> MatlabArray:
-    """Return an argument or result of a time step: rows of nodes are columns, a matrix is one."""
+    """Return the MATLAB array of a step's argument or result: one column per node, or a matrix."""
     if array.matrix:
         return MatlabArray(array.name, "", array.matrix[0], array.matrix[1])
     if len(array.shape) < 2:
@@ -275,5 +275,5 @@ def of_step(array: CalledArray) -> MatlabArray:
 
 
 def _meaning(array: Argument | Result) -> str:
-    """Meaning of an array, adapted for a matrix."""
+    """Meaning of an array as text, without the remark on its storage row by row."""
     return array.meaning.replace(", row by row", "")

@@ -18,7 +18,7 @@ GREEK = frozenset(_LETTERS.split())
 
 @dataclass(frozen=True)
 class Meaning:
-    """A line of the list of symbols."""
+    """An entry of the list of symbols."""
 
     symbol: str
     paper: str
@@ -70,7 +70,7 @@ class Notation:
         return ""
 
     def _rows(self, name: str) -> Iterator[Intermediate]:
-        """Rows of the table that apply to this program and whose letters begin a name."""
+        """Entries of the table of quantities that apply to this program and match the beginning of a name."""
         letters = re.match("[A-Za-z]*", name, re.ASCII)[0]  # type: ignore[index]
         for row in INTERMEDIATES:
             if row.name == letters and (not row.of_results or self.outputs & {*row.of_results}):
@@ -91,14 +91,14 @@ class Notation:
         return rf"[{quantity}]_{{t^{{{order}}}}}"
 
     def meanings(self) -> Iterator[Meaning]:
-        """The quantities that occur, in the order of the table."""
+        """The quantities that occur in the program, in the order of the table."""
         for row in INTERMEDIATES:
             if row in self.used:
                 yield Meaning(row.symbol(), row.definition, citation(row.equations), row.meaning)
 
 
 def user_symbol(name: str) -> str:
-    r"""Symbol of a name that a user chose: t1 is t_{1}, RL4 \mathit{RL}_{4}, k_tool k_{\mathrm{tool}}."""
+    r"""LaTeX symbol of a user's name: t1 is t_{1}, RL4 \mathit{RL}_{4}, k_tool k_{\mathrm{tool}}."""
     match = re.fullmatch("([A-Za-z]+)(?:_?([0-9]+)|_([A-Za-z]+[0-9]*))?", name, re.ASCII)
     if not match:
         return literal(name)
@@ -109,6 +109,6 @@ def user_symbol(name: str) -> str:
 
 
 def literal(name: str) -> str:
-    """A name as in the machine's file."""
+    """LaTeX of a name exactly as in the machine's file."""
     escaped = name.replace("_", r"\_")
     return rf"\mathit{{{escaped}}}"

@@ -32,7 +32,7 @@ from symoro_elastic.codegen.time_steps import (
 
 @dataclass(frozen=True)
 class NumpyStep:
-    """A function for a time step: its method and variant, head, docstring, and calls in its body."""
+    """A numpy function for a time step: method and variant, head, docstring, and the texts of calls in its body."""
 
     method: MethodText
     variant: Variant
@@ -55,51 +55,51 @@ class NumpyStep:
 
     @property
     def position(self) -> str:
-        """The arguments for the position at the start of the step."""
+        """Argument text of a call: the position at the start of the step."""
         return ", ".join(("q", *self.assembled))
 
     def forces(self, function: str, node: str) -> str:
-        """The wrenches on frames at a node, as an argument of the models that have it."""
+        """Argument text of a call: the wrenches on frames at a node, if the function takes them."""
         more = self.more if function != "linearization" else ""
         forces = f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
         return f"{forces}, {LOAD}" if function in self.takes_loads else forces
 
     @property
     def more(self) -> str:
-        """The term that methods with exact derivatives add to the wrenches on frames."""
+        """Text of the term that methods with exact derivatives add to the wrenches on frames."""
         return " + more" if self.method.kind == "rosenbrock" and EXTERNAL in self.variant.of_nodes else ""
 
     @property
     def stage_position(self) -> str:
-        """The arguments for the position of a stage."""
+        """Argument text of a call: the position of a stage."""
         return ", ".join(("q", *("dependent" for _ in self.assembled)))
 
     @property
     def on_base(self) -> str:
-        """The arguments of a dynamic model for the base."""
+        """Argument text of a dynamic model's call for the base."""
         return f", turned, V0, {WRENCH}[..., node, :]" if self.base else ""
 
     @property
     def z(self) -> str:
-        """States of friction and drives as a further argument."""
+        """Argument text for the states of friction and drives."""
         return ", z" if self.states else ""
 
     @property
     def taker(self) -> str:
-        """The function that implements the kind of method."""
+        """Name of the function that implements this kind of method."""
         if not self.states:
             return self.method.kind
         return "with_states" if self.method.kind == "explicit" else "w_with_states"
 
     @property
     def motor_arguments(self) -> str:
-        """The motor arguments of a dynamic model at a node, after positions and velocities."""
+        """Argument text of a dynamic model's call for motors at a node, after positions and velocities."""
         names = self.variant.of_nodes if self.variant.right_side == CLOSED else ("tau",)
         return ", ".join(f"{name}[..., node, :]" for name in names if name != EXTERNAL)
 
     @property
     def rate_results(self) -> str:
-        """The results of a dynamic model; torques first where loads need those of driven motors."""
+        """Names that receive the results of a dynamic model; torques first if friction loads need them."""
         torques = [self.torques if self.loads else "_"] if self.variant.right_side == CLOSED else []
         driving = [self.torques] if self.variant.is_driven and self.loads else []
         results = [*driving, "qdd", *(["zd"] if self.states else []), *torques]
@@ -107,32 +107,32 @@ class NumpyStep:
 
     @property
     def without_torques(self) -> str:
-        """The index that selects the needed results of the inverse model."""
+        """Index text that selects the needed results of the inverse model."""
         if self.loads:
             return ""
         return "[1:]" if self.base or self.states else "[1]"
 
     @property
     def torques(self) -> str:
-        """The torques of motors in a stage."""
+        """Expression text of the motor torques in a stage."""
         if self.variant.right_side == CLOSED:
             return "tau_m"
         return "torque" if self.variant.of_step else "tau" if self.variant.is_driven else "tau[..., node, :]"
 
     @property
     def load_call(self) -> str:
-        """The call of the model of the torques that are passed, in a stage."""
+        """Call text of the model of transmitted torques, in a stage."""
         arguments = {"q_dep": "dependent", "tau": self.torques}
         return f"{PASSED}({', '.join([*(arguments.get(name, name) for name in self.of_passed), 'p'])})"
 
     @property
     def carried_state(self) -> str:
-        """The positions and velocities that the method carries."""
+        """Names of the positions and velocities that the method integrates."""
         return ("x, v" if self.base else "q, qd") + self.z
 
     @property
     def state(self) -> str:
-        """The state at the end of the step."""
+        """Expressions of the state that the step returns."""
         ends = dict.fromkeys(self.assembled, f"assemble({self.position}, p)[0]")
         ends |= {name: f"{name} + {change}" for name, change in zip(self.base, ("turned", "moved"), strict=False)}
         return ", ".join(ends.get(name, name) for name in self.blocks)
@@ -140,7 +140,7 @@ class NumpyStep:
 
 @dataclass(frozen=True)
 class NumpyMethod:
-    """A method: its text, its coefficients as source by name, and the functions of its steps."""
+    """A method: its texts, its coefficients as source by name, and its step functions."""
 
     text: MethodText
     tables: dict[str, str]
@@ -183,26 +183,26 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
 
 
 def _z_of_factors(variant: Variant, package: Package) -> str:
-    """States of friction as a further argument of the factors of an implicit step."""
+    """Argument text for the states of friction in the factorization of an implicit step."""
     named = (f for f in package.functions if f.name == f"implicit_factors{variant.suffix}")
     sizes = [a.size for f in named for a in f.arguments if a.name == STATES]
     return f", z[..., :{sizes[0]}]" if sizes else ""
 
 
 def _of_friction(argument: Argument) -> str:
-    """The states of friction (first of all states), as an argument."""
+    """Argument text: for the states it selects those of friction, which come first; else the argument's name."""
     return f"{STATES}[..., :{argument.size}]" if argument.name == STATES else argument.name
 
 
 def _gains(variant: Variant, package: Package) -> str:
-    """Gains, or set points and torques at t, as arguments of the factors."""
+    """Argument text of the factorization: gains, or set points and torques at t."""
     at_t = "" if variant.of_step else "[..., 0, :]"
     load = f", {LOAD}" if f"implicit_factors{variant.suffix}" in _taking(LOAD, package) else ""
     return "".join(f", {name}{at_t}" for name in given_to_factors(variant, package)) + load
 
 
 def _taking(argument: str, package: Package) -> frozenset[str]:
-    """Names of the functions with an argument."""
+    """Names of the functions that have an argument of this name."""
     return frozenset(f.name for f in package.functions if any(a.name == argument for a in f.arguments))
 
 
@@ -237,7 +237,7 @@ def _docstring(method: MethodText, variant: Variant, with_error: bool, package: 
 
 
 def _tables(method: MethodText) -> dict[str, str]:
-    """Nodes of the stages, coefficients by stage, weights."""
+    """Source of the coefficient tables of a method by name: stages, coefficients, weights."""
     if method.kind == "midpoint":
         return {"iterations": str(method.iterations)}
     tables = {"stages": str([stage.node for stage in method.stages]), "a": _rows([s.a for s in method.stages])}
@@ -253,6 +253,6 @@ def _rows(terms: Sequence[Terms]) -> str:
 
 
 def _row(terms: Terms) -> str:
-    """Coefficients up to the last that is not zero."""
+    """Source of a list of coefficients, up to the last that is not zero."""
     coefficients = {j: x for x, j in terms}
     return f"[{', '.join(coefficients.get(j, '0.0') for j in range(max(coefficients, default=-1) + 1))}]"

@@ -28,7 +28,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Pointer:
-    """An argument of a function: an array, its place in it for each call, and the entries that are used from there on.
+    """An array argument of a function: start index in the array for each call, and the offsets of used entries.
 
     Entries have the names of the first call.
     """
@@ -40,7 +40,7 @@ class Pointer:
 
 @dataclass(frozen=True)
 class Outlined:
-    """A function for repeated blocks: the first block gives its names; `numbers` are arguments of its calls."""
+    """A function for repeated blocks, with the names of the first block; `numbers` are arguments of its calls."""
 
     blocks: tuple[Block, ...]
     read: tuple[Pointer, ...]
@@ -49,7 +49,7 @@ class Outlined:
 
 
 class Call(NamedTuple):
-    """A call of a function, by the positions of both."""
+    """A call in an outline: the index of the function, and the index among its calls."""
 
     function: int
     number: int
@@ -57,7 +57,7 @@ class Call(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline:
-    """Calls and parts in order, the functions, and the number of slots of the spill array."""
+    """A program as calls and parts in order, the called functions, and the number of slots of the spill array."""
 
     pieces: tuple[Call | Part, ...]
     functions: tuple[Outlined, ...]
@@ -65,7 +65,7 @@ class Outline:
 
     @property
     def parts(self) -> list[Part]:
-        """The stretches between calls."""
+        """The parts of the program between calls."""
         return [piece for piece in self.pieces if isinstance(piece, Part)]
 
     @property
@@ -103,7 +103,7 @@ def outline(
 
 
 def _groups(blocks: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str]) -> list[list[Block]]:
-    """Repeated blocks: of the same kind, reading from the same arrays."""
+    """Groups of repeated blocks, of the same kind and reading from the same arrays."""
 
     def array(name: str) -> str:
         return NUMBERS if name in numbers else places[name].array if name in places else SPILL
@@ -116,7 +116,7 @@ def _groups(blocks: Sequence[Block], places: Mapping[str, Place], numbers: Colle
 
 
 def _stretches(blocks: Sequence[Block], calls: Mapping[int, Call]) -> Iterator[range]:
-    """The statements of calls, and stretches of limited length between calls."""
+    """Ranges of the statements of each call, and of pieces of limited length between calls."""
     start = end = 0
     for block in blocks:
         first, last = block.first, block.first + block.size
@@ -138,7 +138,7 @@ def _slots(
     calls: Mapping[int, Call],
     at_end: frozenset[str],
 ) -> dict[str, int]:
-    """Slots of the variables that are passed on; calls of a function pass on the same ones."""
+    """Slots of the variables that are passed on; all calls of a function pass on the same variables."""
     needed = {*at_end}
     for stretch in stretches:
         some = steps[stretch.start : stretch.stop]
@@ -172,7 +172,7 @@ def _function(
 
 
 def _read(group: Sequence[Block], places: Mapping[str, Place], numbers: Collection[str]) -> Iterator[Pointer]:
-    """Pointers for operands: those with equal offsets in all calls share one."""
+    """Pointers for the operands of a group of blocks; operands at a fixed distance in all calls share a pointer."""
     pointers: dict[tuple[str, tuple[int, ...]], dict[str, int]] = defaultdict(dict)
     for k, name in enumerate(group[0].read):
         if name not in numbers:
@@ -184,14 +184,14 @@ def _read(group: Sequence[Block], places: Mapping[str, Place], numbers: Collecti
 
 
 def _of_numbers(first: Block, positions: Sequence[int], calls: int) -> list[Pointer]:
-    """The pointer to the numbers of a call, in a table with a row for each."""
+    """The pointer to the numbers of a call, in a table with a row per call; empty without numbers."""
     count = len(positions)
     entries = {first.read[k]: n for n, k in enumerate(positions)}
     return [Pointer(NUMBERS, tuple(count * call for call in range(calls)), entries)] if count else []
 
 
 def _part(steps: Sequence[Step], slots: Mapping[str, int]) -> Part:
-    """A stretch between calls, with variables read from and written to the spill array."""
+    """The part with these steps between calls, with variables read from and written to the spill array."""
     uses = frozenset().union(*(step.uses for step in steps))
     defined = {step.statement.name for step in steps}
     live_in = {name: slots[name] for name in sorted(uses - defined) if name in slots}

@@ -25,7 +25,7 @@ OPERAND = re.compile(r"((?:sine|cosine)\[\d+\]|[A-Za-z_]\w*)")
 
 
 class Block(NamedTuple):
-    """Consecutive statements from `first`: kind of their work, variables that they read from before and define.
+    """Consecutive statements from `first`: kind of computation, variables read from earlier ones, and defined.
 
     Blocks of the same kind compute the same of variables with equal positions in `read` and `defined`.
     """
@@ -38,7 +38,7 @@ class Block(NamedTuple):
 
 
 class _Kinds:
-    """Numbers of kinds of work: statements, and pairs of kinds with the variables in common."""
+    """Numbering of kinds of computation: statements, and pairs of kinds with the variables in common."""
 
     def __init__(self) -> None:
         self._numbers: dict[Hashable, int] = {}
@@ -53,7 +53,7 @@ def blocks(
     operands: Collection[str],
     longest: Sequence[int] = LONGEST_BLOCKS,
 ) -> list[list[Block]]:
-    """Return the statements (name, right side) as blocks, as long as there are others of their kind.
+    """Return the statements (name, right side) grouped to blocks, the longest that are repeated.
 
     `operands` are the names of numbers; others, such as those of functions, belong to the work. There is a
     list of blocks for each of the limits in `longest`.
@@ -70,7 +70,7 @@ def blocks(
 
 
 def _merge(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, longest: int) -> Sequence[_Work]:
-    """Works of at most `longest` statements: merged within sections, then across them."""
+    """Sequences of at most `longest` statements, merged within sections, then across sections."""
     for of_one_section in (True, False):
         row = _Row(works, _Pairs(kinds, sections if of_one_section else None, longest))
         while row.merge():
@@ -80,7 +80,7 @@ def _merge(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, l
 
 
 def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Sequence[str]]) -> Block:
-    """The block of a work; `read` are the operands of the statements."""
+    """The block of a statement sequence; `read` are the operands of all statements."""
     own = range(work.first, work.first + work.size)
     defined = dict.fromkeys([statements[k][0] for k in own])
     before = dict.fromkeys([name for k in own for name in read[k] if name not in defined])
@@ -88,7 +88,7 @@ def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Se
 
 
 class _Work(NamedTuple):
-    """Statements in a row from `first` on, their kind, and the places of the variables in it.
+    """A sequence of statements from `first` on, its kind, and the indices of the variables in it.
 
     Variables of works of the same kind correspond by their places, which are less than `room`.
     """
@@ -101,7 +101,7 @@ class _Work(NamedTuple):
 
 
 def _work(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> _Work:
-    """The work of a statement with `operands` in its right side; its own variable has the last place."""
+    """The sequence of one statement; `operands` in its right side are numbered, its own variable comes last."""
     pieces = OPERAND.split(text)
     places: dict[str, int] = {}
     for k, word in enumerate(pieces[1::2]):
@@ -113,14 +113,14 @@ def _work(first: int, name: str, text: str, operands: Collection[str], kinds: _K
 
 
 class _Pairs:
-    """Kinds of pairs of works: their own kinds and common variables."""
+    """Kinds of pairs of adjacent sequences, by their own kinds and common variables."""
 
     def __init__(self, kinds: _Kinds, sections: Sequence[Section] | None, longest: int) -> None:
-        """With `sections`, only works of the same section are merged."""
+        """Prepare the pairs; with `sections`, only sequences of the same section are merged."""
         self._kinds, self._sections, self._longest, self.met_limit = kinds, sections, longest, False
 
     def of(self, a: _Work, b: _Work) -> int:
-        """The kind of a work and the next; `APART` where they stay apart."""
+        """The kind of two adjacent sequences; `APART` if they must not be merged."""
         if self._sections is not None and self._sections[a.first] != self._sections[b.first]:
             return APART
         if a.size + b.size > self._longest:
@@ -132,7 +132,7 @@ class _Pairs:
 
 
 class _Row:
-    """Works in order, and the kinds of pairs: `kinds[k]` is that of works k and k + 1."""
+    """Sequences in order, and the kinds of adjacent pairs: `kinds[k]` is that of sequences k and k + 1."""
 
     def __init__(self, works: Sequence[_Work], pairs: _Pairs) -> None:
         self._pairs = pairs
@@ -140,7 +140,7 @@ class _Row:
         self._kinds = [pairs.of(a, b) for a, b in pairwise(works)]
 
     def merge(self) -> bool:
-        """Merge pairs that occur often, each work with the neighbour with which it does more often, or first."""
+        """Merge frequent pairs, each sequence with the neighbour of the more frequent pair; return if any merged."""
         kinds, works, before = self._kinds, self.works, len(self.works)
         times = Counter(kinds)
         often = {kind: (n, -order) for order, (kind, n) in enumerate(times.items()) if n >= FEWEST_PAIRS}

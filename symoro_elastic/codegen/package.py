@@ -17,7 +17,7 @@ EXTERNAL = "f_ext"
 
 @dataclass(frozen=True)
 class Axis:
-    """An entry of q: joint name, kind, unit."""
+    """An entry of q: the joint's name, kind and unit."""
 
     name: str
     kind: str
@@ -35,7 +35,7 @@ class ParameterValue:
 
     @property
     def symbol(self) -> str:
-        """The name of its variable in statements."""
+        """Name of the parameter's variable in statements."""
         return self.local or self.name
 
 
@@ -50,7 +50,7 @@ class _Array:
 
     @property
     def meaning(self) -> str:
-        """Meaning with unit."""
+        """Meaning of the quantity, with its unit."""
         return self.quantity.sentence
 
 
@@ -116,7 +116,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Package:
-    """Everything generated for one machine.
+    """All that is generated for one machine: its functions, parameters and names.
 
     `joint_names` are the rows of its table, then points that are asked for; `antecedents` are the numbers (from 1) of
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
@@ -155,7 +155,7 @@ class Package:
 
     @property
     def assembled(self) -> tuple[Argument, ...]:
-        """The blocks of the state from loops without a closed form."""
+        """The blocks of the state that belong to loops without a closed form."""
         return tuple(block for block in self.state if block.quantity.follows == "d")
 
     @property
@@ -165,7 +165,7 @@ class Package:
 
     @property
     def external(self) -> int:
-        """Entries of the wrenches on frames; 0 without such an argument."""
+        """Number of entries of the wrenches on frames; 0 without such an argument."""
         sizes = (a.size for function in self.functions for a in function.arguments if a.name == EXTERNAL)
         return next(sizes, 0)
 

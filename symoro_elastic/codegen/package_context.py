@@ -46,7 +46,7 @@ def package_context(package: Package) -> dict[str, Any]:
 
 
 def function_context(function: Function) -> dict[str, Any]:
-    """The context of a function in templates."""
+    """The template context of a function."""
     program = function.program
     counts = f"{count_text(program.count)} a call"
     if program.once:
@@ -64,14 +64,14 @@ def function_context(function: Function) -> dict[str, Any]:
 
 
 def _rows(function: Function) -> list[str]:
-    """Rows of results, in lines, where a scene has chosen them."""
+    """Lines that name the rows of results if a scene has selected rows."""
     chosen = [result for result in function.results if result.rows and not result.whole]
     texts = [f"rows of {result.name}: {', '.join(result.rows)}" for result in chosen]
     return [line for text in texts for line in textwrap.wrap(text, LINE)]
 
 
 def _columns(function: Function) -> list[str]:
-    """Labels of columns, in lines: once if all results have the same."""
+    """Lines that name the columns of results, once if all results have the same."""
     texts = [f"columns of {r.name}: {', '.join(r.columns)}" for r in function.results if r.columns]
     if function.columns:
         texts = [f"columns: {', '.join(function.columns)}"]

@@ -37,7 +37,7 @@ class Part:
 
     @property
     def spills(self) -> bool:
-        """Whether it uses the spill array."""
+        """Whether the part uses the spill array."""
         return bool(self.live_in or self.live_out)
 
 

@@ -11,7 +11,7 @@ DOUBLE_DOUBLE_TYPE = "dd"
 
 @dataclass(frozen=True)
 class Precision:
-    """Types: `state` of a function's arrays, `real` of its arithmetic, `angle` of sines and cosines.
+    """Number types of generated code: `state` of arrays, `real` of arithmetic, `angle` of sines and cosines.
 
     `bits` is the length of its significand; `short` is its name in names of files and functions, where that is another.
     """
@@ -28,7 +28,7 @@ class Precision:
 
     @property
     def suffix(self) -> str:
-        """Suffix of the names of files and functions."""
+        """Suffix of the names of files and functions in this precision."""
         return "" if self is DOUBLE else "_" + (self.short or self.name.replace("-", "_"))
 
     def function(self, package: str, model: str) -> str:
@@ -40,31 +40,31 @@ class Precision:
         return f"{package}_{DOUBLE_DOUBLE_TYPE}" if self.is_pair else self.real
 
     def number(self, digits: str) -> str:
-        """A number of the arithmetic in C, from its digits."""
+        """C literal of a number in the type of arithmetic, from its digits."""
         return digits + self.literal_suffix
 
     def number_of_state(self, digits: str) -> str:
-        """A number in C that is computed with entries of arrays."""
+        """C literal of a number that is combined with entries of arrays."""
         return f"{digits}f" if self.state == "float" else digits
 
     @property
     def is_pair(self) -> bool:
-        """Whether a number is the sum of two doubles, and operators are functions."""
+        """Whether numbers are sums of two doubles, whose operators are functions."""
         return self.real == "double_double"
 
     @property
     def is_mixed(self) -> bool:
-        """Whether sines and cosines have another type than the rest."""
+        """Whether sines and cosines have another type than other numbers."""
         return self.real != self.angle
 
     @property
     def angle_bits(self) -> str:
-        """The unsigned integer as long as a sine."""
+        """The unsigned integer type with the size of a sine."""
         return "uint32_t" if self.angle == "float" else "uint64_t"
 
     @property
     def widest(self) -> int:
-        """The most states of a batch that are computed side by side."""
+        """Maximum number of states that a batch computes side by side."""
         return {"float": 16, "double": 8, "double_double": 1}[self.real]
 
 

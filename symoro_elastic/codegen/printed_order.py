@@ -23,14 +23,14 @@ Signed: TypeAlias = tuple[bool, Operand]
 
 
 class _Written(NamedTuple):
-    """An expression as text: whether it begins with a minus, and its terms; the minus is before them all."""
+    """A printed expression as signed terms, and whether a minus precedes them all."""
 
     negative: bool
     terms: Sequence[Signed]
 
 
 def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression]]:
-    """Return the program as its text is carried out, and the nodes in it that are others, by number."""
+    """Return the program with additions in the order of its text, and the replaced nodes by number."""
     text = _Text(program)
     changed = text.changed
 
@@ -49,7 +49,7 @@ def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression
 
 
 def with_named_sums(program: Program) -> Program:
-    """Return the program with variables for sums within sums, so that its text adds terms in the order of its graph."""
+    """Return the program with variables for nested sums, so that its text adds in the order of the graph."""
     names = names_in(program)
     named = {s.node.id for s in (*program.once, *program.statements)}
     statements: list[Statement] = []
@@ -68,7 +68,7 @@ def with_named_sums(program: Program) -> Program:
 
 
 def _second_sums(roots: Iterable[Expression], named: Collection[int]) -> list[Expression]:
-    """Sums without a variable in the second place of other sums, operands first, in the statements of these nodes."""
+    """Unnamed sums that are the second operand of other sums, operands first, in the graph below `roots`."""
     sums: dict[int, Expression] = {}
     stack = [*roots]
     while stack:
@@ -89,7 +89,7 @@ def in_place_of(x: Operand, changed: Mapping[int, Expression]) -> Operand:
 
 
 class _Text:
-    """The terms of all nodes of a program; `changed` are the nodes that are carried out in another way, by number."""
+    """Terms of all nodes of a program as printed; `changed` are nodes that the text evaluates differently."""
 
     def __init__(self, program: Program) -> None:
         self._variables = {s.node.id: s.negative for s in (*program.once, *program.statements)}
@@ -123,7 +123,7 @@ class _Text:
         return _Written(x < 0, [(False, -x if x < 0 else x)])
 
     def _terms(self, node: Expression) -> _Written:
-        """The text of an operation, written out."""
+        """Terms of an operation as printed."""
         parts = [self._of(x) for x in node.operands]
         if node.operation == NEGATE:
             return _Written(not parts[0].negative, parts[0].terms)
@@ -150,7 +150,7 @@ def _sum(first: _Written, second: _Written, subtracted: bool) -> _Written:
 
 
 def _together(terms: Sequence[Signed]) -> Signed:
-    """The sum of terms from left to right, with its sign separate."""
+    """Sum of terms from left to right, with its sign separate."""
     negative, x = terms[0]
     for minus, y in terms[1:]:
         if negative == minus:
@@ -169,7 +169,7 @@ def _sign_and_size(x: Operand) -> Signed:
 
 
 def _apply(operation: str, x: Operand, y: Operand) -> Operand:
-    """An operation in normal form, without merging equal terms."""
+    """The operation applied to operands in normal form, without merging equal terms."""
     if not isinstance(x, Expression):
         if not isinstance(y, Expression):
             raise TypeError("an operation on two numbers")

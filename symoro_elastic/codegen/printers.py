@@ -53,7 +53,7 @@ def _difference(flipped: bool, first: Text, second: Text) -> Text:
 
 
 def product(flipped: bool, first: Text, second: Text, times: str = "*") -> Text:
-    """A product, literals first."""
+    """Text of a product, literals first."""
     negative = (first.negative != second.negative) != flipped
     if second.text[0].isdigit() and first.binding == ATOM:
         first, second = second, first
@@ -61,7 +61,7 @@ def product(flipped: bool, first: Text, second: Text, times: str = "*") -> Text:
 
 
 def quotient(flipped: bool, first: Text, second: Text, over: str = "/") -> Text:
-    """A quotient."""
+    """Text of a quotient."""
     negative = (first.negative != second.negative) != flipped
     return Text(negative, f"{first.factor(PRODUCT)}{over}{second.factor(ATOM)}", PRODUCT)
 
@@ -77,7 +77,7 @@ OPERATORS: Mapping[str, Rule] = {
 
 
 class Printed(NamedTuple):
-    """The right side of a statement, and the names of variables and arguments in it."""
+    """Text of a statement's right side, and the names of variables and arguments in it."""
 
     text: str
     names: frozenset[str]
@@ -101,7 +101,7 @@ class Printer:
         self._printed: dict[int, Printed] = {}
 
     def right_side(self, statement: Statement) -> str:
-        """The expression that a statement assigns."""
+        """Text of the expression that a statement assigns."""
         printed = self.text_of(statement)
         self.referenced |= printed.names
         return printed.text
@@ -117,11 +117,11 @@ class Printer:
         return self._printed[number]
 
     def value(self, x: Operand) -> str:
-        """An expression by name where it has one."""
+        """Text of an expression with its sign, by name where it has one."""
         return self.text(x).signed()
 
     def text(self, x: Operand) -> Text:
-        """An expression, by name where it has one."""
+        """Text of an expression with sign and binding, by name where it has one."""
         if not isinstance(x, Expression):
             return self.literal(float(x))
         text = self.variables.get(x.id)
@@ -133,13 +133,13 @@ class Printer:
         return self.operation(x)
 
     def literal(self, value: float) -> Text:
-        """A number in double precision; raises `OverflowError` where there is none."""
+        """Text of a number in double precision; raises `OverflowError` if it is out of range."""
         if not math.isfinite(value):
             raise OverflowError(f"{value} is not finite")
         return Text(value < 0, repr(abs(value)) + self.literal_suffix, ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node written out, its sign reversed when `flipped`."""
+        """Text of a node's operation, its sign reversed when `flipped`."""
         rule = self.operators.get(node.operation)
         if rule is None or len(node.needs) < 2:
             return self.other_operation(node, flipped)
@@ -157,13 +157,13 @@ class Printer:
         return rule(flipped, *texts) if rule else self.call(operation, flipped, texts)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
-        """An operation as a call of a function."""
+        """Text of an operation as a function call."""
         name = self.functions.get(operation, operation)
         return Text(flipped, f"{name}({', '.join([text.signed() for text in texts])})", ATOM)
 
 
 def constant_values(roots: Iterable[Scalar]) -> dict[int, float]:
-    """Doubles nearest to the constant expressions that occur."""
+    """Doubles nearest to the constant expressions below `roots`, by number."""
     constants = [node for node in reachable(roots) if node.level == Level.CONSTANT]
     if not constants:
         return {}

@@ -12,7 +12,7 @@ from symoro_elastic.codegen.precision import Precision
 
 @dataclass(frozen=True)
 class Target:
-    """A target: its name, its files, and the names that its output reserves.
+    """A target of code generation: its name, its files, and the names that its output reserves.
 
     `name` is what `--target` takes, `title` one line that says what is written, `suffixes` are those of its files,
     `precisions` those it can be written in, the default first. `reserved` are identifiers of its language and
@@ -27,7 +27,7 @@ class Target:
     files: Callable[[Package, Precision], Files]
 
     def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return file names and texts, in each of the precisions, or the default one.
+        """Return the texts of the files by name, in each of the precisions or in the default one.
 
         Raises `OverflowError` for constants outside the range of double precision.
         """
@@ -38,5 +38,5 @@ class Target:
 
 
 def words(text: str) -> frozenset[str]:
-    """The words of a text."""
+    """The set of words of a text."""
     return frozenset(text.split())

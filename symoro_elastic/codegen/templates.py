@@ -20,13 +20,13 @@ DIGEST = "\ue000" * 9
 
 
 def template_folder() -> Path:
-    """The folder of templates; raises `FileNotFoundError` naming where it may be."""
+    """The folder of templates; raises `FileNotFoundError` with the places that were searched."""
     return shipped_folder("templates", "c")
 
 
 @cache
 def environment() -> Environment:
-    """Templates with strict names: a misspelt one is an error, not an empty string."""
+    """The template environment; an undefined name is an error, not an empty string."""
     import jinja2
 
     jinja = jinja2.Environment(
@@ -46,7 +46,7 @@ def environment() -> Environment:
 
 
 def _written(x: Any) -> Any:
-    """The text of a value in a template: text, integer, decimal. Raises `TypeError` for a fraction.
+    """Text of a value in a template: text, integer, decimal. Raises `TypeError` for a fraction.
 
     C reads 1/2 as a division of whole numbers, which is 0: `Literals.number` writes the literal of a precision.
     """
@@ -56,12 +56,12 @@ def _written(x: Any) -> Any:
 
 
 def render(template: str, **context: Any) -> str:
-    """Text of a template."""
+    """Return the text of a template rendered with a context."""
     return environment().get_template(template).render(**context)
 
 
 def with_digest(files: Mapping[str, str]) -> dict[str, str]:
-    """Return files that belong together with nine digits of their SHA-256 in them, by which a mixture is detected."""
+    """Return files with nine digits of their common SHA-256 inserted, which reveal files of different generations."""
     texts = "\0".join(f"{name}\0{files[name]}" for name in sorted(files))
     least = 10 ** (len(DIGEST) - 1)  # no digest begins with 0, which is an octal number in C
     digest = str(least + int(hashlib.sha256(texts.encode()).hexdigest(), 16) % (9 * least))

@@ -29,7 +29,7 @@ MOTOR_COORDINATES = "motor_coordinates"
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of motor inputs: suffix of names, arrays with rows by node, arrays for the step, words.
+    """A kind of motor inputs: suffix of names, arrays with a row per node, arrays per step, words.
 
     `of_nodes` are those of motors, then that of wrenches on frames.
     `of_rate` are the derivatives by time at t, an additional input of methods with exact derivatives.
@@ -43,7 +43,7 @@ class Variant:
 
     @property
     def right_side(self) -> str:
-        """The model of accelerations."""
+        """Name of the model that computes accelerations."""
         if self.suffix == DRIVES.suffix:
             return CLOSED
         return "inverse_dynamics" if self.is_driven else "direct_dynamics"
@@ -78,7 +78,7 @@ RATES = {
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage: number, node, time in words; coefficients of the stages before, and of the rate of torques."""
+    """A stage of a method: number, node, time as text; coefficients of earlier stages, and of the input rate."""
 
     number: int
     node: int
@@ -90,7 +90,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class MethodText:
-    """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
+    """A method for templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
 
     `parts` are the nodes as literals, parts of a step. `end` is the node at t + h of motors that are
     driven, where stages have none.
@@ -111,16 +111,16 @@ class MethodText:
 
     @property
     def steps(self) -> list[tuple[Variant, bool]]:
-        """Variants of the steps of the method, each without and, where the method has one, with its error."""
+        """Variants of the steps of the method, each without and, if available, with an error estimate."""
         errors = (False, True) if self.error else (False,)
         return [(variant, with_error) for variant in self.variants for with_error in errors]
 
     def nodes_of(self, variant: Variant) -> tuple[Fraction, ...]:
-        """The nodes at which a variant has inputs of motors."""
+        """The nodes at which a variant has motor inputs."""
         return (*self.nodes, *self.end) if variant.is_driven else self.nodes
 
     def times(self, variant: Variant) -> tuple[str, ...]:
-        """Times of the nodes, in words."""
+        """Times of the nodes, as text."""
         return tuple(map(_in_words, self.nodes_of(variant)))
 
 
@@ -163,38 +163,38 @@ def states_carried(variant: Variant, package: Package) -> int:
 
 
 def blocks_carried(variant: Variant, package: Package) -> tuple[Argument, ...]:
-    """Return the blocks that a step integrates, states of friction and drives last."""
+    """Return the state blocks that a step integrates, states of friction and drives last."""
     blocks = tuple(block for block in package.state if block.name != STATES)
     size = states_carried(variant, package)
     return (*blocks, Argument(quantity(STATES), size)) if size else blocks
 
 
 def given_to_factors(variant: Variant, package: Package) -> tuple[str, ...]:
-    """Return the motor arguments of the factors of an implicit step: gains, or rows of t where limits act."""
+    """Return the motor arguments of an implicit step's factorization: gains, or inputs at t if limits act."""
     function = next((f for f in package.functions if f.name == f"implicit_factors{variant.suffix}"), None)
     limited = function and any(argument.name == DRIVES.of_nodes[0] for argument in function.arguments)
     return DRIVES.of_nodes if limited else variant.of_step
 
 
 def _under_forces(variant: Variant) -> Variant:
-    """The variant with the wrenches on frames, too."""
+    """The variant with wrenches on frames as additional inputs."""
     return replace(variant, of_nodes=(*variant.of_nodes, EXTERNAL), of_rate=(*variant.of_rate, EXTERNAL_RATE))
 
 
 def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
-    """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on the base."""
+    """Return the number of entries per row of the input arrays with a row for each node, by name."""
     sizes = dict.fromkeys(variant.of_nodes, len(package.motor_names))
     sizes |= {EXTERNAL: package.external} if package.external else {}
     return sizes | ({WRENCH: DEGREES} if package.base else {})
 
 
 def loads_of(package: Package) -> int:
-    """Return of how many joints the friction rises with the torque through the transmission, which steps find."""
+    """Return the number of joints with load-dependent friction, whose transmitted torques steps iterate."""
     return next((a.size for function in package.functions for a in function.arguments if a.name == LOAD), 0)
 
 
 def settling_of(package: Package, literal: Literals) -> dict[str, str | int]:
-    """Return when the loads of joints settle; empty where no friction rises with them.
+    """Return the convergence criteria of transmitted torques; empty without load-dependent friction.
 
     A change counts by its rounding against all terms, a load is extrapolated where it bends so much by squares.
     """
@@ -205,12 +205,12 @@ def settling_of(package: Package, literal: Literals) -> dict[str, str | int]:
 
 
 def entries_of_state(package: Package) -> int:
-    """Return the positions that a method carries: the coordinates of the base, then the joints."""
+    """Return the number of positions that a method integrates: coordinates of the base, then the joints."""
     return (DEGREES if package.base else 0) + len(package.axes)
 
 
 def error_meaning(package: Package, states: int = 0) -> str:
-    """Return the meaning of the error of a step, in words."""
+    """Return the meaning of a step's error estimate, as text."""
     if states:
         return f"{error_meaning(package)}".replace("then of qd", "of qd, then of z")
     if package.base:
@@ -219,22 +219,22 @@ def error_meaning(package: Package, states: int = 0) -> str:
 
 
 class Literals:
-    """Numbers as C writes them in the arrays of a precision."""
+    """C literals of numbers that are combined with arrays of a precision."""
 
     def __init__(self, precision: Precision) -> None:
         self._written = precision.number_of_state
 
     def number(self, x: Fraction) -> str:
-        """Return a literal."""
+        """Return the literal of a number."""
         return f"{'-' if x < 0 else ''}{self._written(repr(abs(float(x))))}"
 
     def terms(self, row: Coefficients) -> Terms:
-        """Return the coefficients that are not zero."""
+        """Return the nonzero coefficients of a row as literals, with their stages."""
         return tuple((self.number(x), j) for j, x in enumerate(row) if x)
 
 
 def _in_words(node: Fraction) -> str:
-    """A time after a part of a step: `t`, `t + 0.5 h`, `t + h`."""
+    """A time within a step as text: `t`, `t + 0.5 h`, `t + h`."""
     number = repr(float(node))
     return {"0.0": "t", "1.0": "t + h"}.get(number, f"t + {number} h")
 
@@ -246,7 +246,7 @@ def _weights(method: Method) -> Coefficients:
 
 
 def _error_weights(method: Method) -> Coefficients:
-    """b less embedded weights; empty where there are none."""
+    """Weights of the error estimate: b minus embedded weights; empty without an embedded method."""
     embedded = method.embedded if isinstance(method, WMethod | Rosenbrock) else ()
     return tuple(b - e for b, e in zip(_weights(method), embedded, strict=True)) if embedded else ()
 

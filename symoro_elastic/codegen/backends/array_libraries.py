@@ -26,7 +26,7 @@ ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "reshape", "b
 
 
 def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
-    """Return the models as functions of arrays of a library; raises `InputError` for what is not such a library."""
+    """Return the models as functions of arrays of a library; raises `InputError` for an unsupported library."""
     missing = [name for name in (*FUNCTIONS, *OF_TWO, *ON_ARRAYS) if not hasattr(library, name)]
     if missing or not (hasattr(library, "atan2") or hasattr(library, "arctan2")):
         name = getattr(library, "__name__", repr(library))
@@ -37,7 +37,7 @@ def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
 
 
 class _Namespace:
-    """A library: its functions for programs, and its functions of arrays."""
+    """An array library: the functions that programs call, and its functions of arrays."""
 
     def __init__(self, library: Any) -> None:
         self.library = library
@@ -49,7 +49,7 @@ class _Namespace:
         return self.library.minimum(*self._both(x, y))
 
     def maximum(self, x: Any, y: Any) -> Any:
-        """Return the larger numbers."""
+        """Return the larger numbers; one of them may be a number of Python."""
         return self.library.maximum(*self._both(x, y))
 
     def _both(self, x: Any, y: Any) -> tuple[Any, Any]:
@@ -109,7 +109,7 @@ def _function(model: Model, namespace: _Namespace) -> Callable[..., Any]:
 
 
 def _as_array(model: Model, namespace: _Namespace, name: str, value: Any) -> Any:
-    """Return an argument as an array, a matrix being flattened row by row; known parameters stay on numpy.
+    """Return an argument as an array, a matrix flattened row by row; a single row p of numpy stays on numpy.
 
     Raises `ValueError` where its last axis has not as many entries as the model needs.
     """
@@ -124,11 +124,11 @@ def _as_array(model: Model, namespace: _Namespace, name: str, value: Any) -> Any
 
 
 def _is_known(p: Any) -> bool:
-    """Whether parameters are a single row of numpy, which is known when the call begins."""
+    """Whether p is a single row of numpy, whose values are available before the library traces the call."""
     return isinstance(p, np.ndarray) and p.ndim == 1
 
 
 def _constants(model: Model, namespace: _Namespace, p: Any) -> Sequence[Any]:
-    """Return the parameter-only values of a program; of known parameters, in double precision on any library."""
+    """Return the parameter-only values of a program; for a single row p of numpy they are in double precision."""
     constants = model.constants_on_floats(p.tolist()) if _is_known(p) else None
     return model.constants(namespace, namespace.entries(namespace.array(p))) if constants is None else constants

@@ -58,7 +58,7 @@ def casadi_functions(package: Package, module: ModuleType) -> dict[str, Any]:
 
 
 def _function(machine: str, model: Model, named: Function, parameters: Sequence[str]) -> Any:
-    """Return a model of a machine as a function of CasADi, without defaults."""
+    """Return a model of a machine as a function of CasADi whose inputs are all required."""
     symbols = {a.name: _symbols(a.symbols) for a in model.function.program.inputs} | {"p": _symbols(parameters)}
     *states, p = (casadi.vertsplit(x) for x in symbols.values())
     with _as_written():
@@ -73,7 +73,7 @@ def _function(machine: str, model: Model, named: Function, parameters: Sequence[
 
 
 class _Functions:
-    """The functions that programs call, in CasADi."""
+    """The elementary functions that programs call, in CasADi."""
 
     sin, cos, sqrt, sign, atan2 = casadi.sin, casadi.cos, casadi.sqrt, casadi.sign, casadi.atan2
 

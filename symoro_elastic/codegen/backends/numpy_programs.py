@@ -13,7 +13,7 @@ from symoro_elastic.codegen.package import Function, Package
 
 @dataclass(frozen=True)
 class Model:
-    """A function of a package as a generated module has it.
+    """A function of a package with the code of the numpy module that was generated for it.
 
     `constants(functions, p)` is its work for a parameter set, `program(functions, *arguments, constants)` that for a
     state: arguments and results by entries, on all numbers with `+ - * /` for which `functions` gives sin, cos, sqrt,
@@ -49,7 +49,7 @@ class Model:
         return tuple(result.shape for result in self.function.results)
 
     def constants_on_floats(self, p: Sequence[float]) -> Sequence[float] | None:
-        """Return the work for a parameter set in double precision; None where floats have no result."""
+        """Return the parameter-only values of a parameter set in double precision; None where floats raise an error."""
         try:
             return self.constants(self.floats, p)
         except (ArithmeticError, ValueError):

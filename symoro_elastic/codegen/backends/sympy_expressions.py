@@ -86,7 +86,7 @@ class ExpressionFunction:
         return [_expression(name, x) for x in entries]
 
     def _conversion(self, values: dict[Any, Any]) -> Conversion:
-        """Return the expressions of all nodes for values of symbols."""
+        """Return the conversion of all nodes to SymPy expressions, with `values` for symbols."""
         convert = Conversion(sympy)
         for node in self.program.nodes:
             x = convert.node(node)
@@ -94,14 +94,14 @@ class ExpressionFunction:
         return convert
 
     def _entry(self, convert: Conversion, values: dict[Any, Any], x: Operand) -> Any:
-        """Return an entry of a result: written out where that is short."""
+        """Return an entry of a result as a SymPy expression, expanded to symbols if that is short."""
         if isinstance(x, Expression) and x.id in self._written_out:
             return self._written_out[x.id].xreplace(values)
         return _expression_of(convert, x)
 
     @cached_property
     def _written_out(self) -> dict[int, Any]:
-        """The short entries of results in symbols, by number."""
+        """The short entries of results as expressions of symbols, by expression number."""
         entries = [x for output in self.program.outputs for x in output.entries if isinstance(x, Expression)]
         wanted, convert = affordable(dict.fromkeys(entries)), Conversion(sympy)
         return {x.id: min(written_forms(sympy, convert(x)), key=sympy.count_ops) for x in wanted}

@@ -16,7 +16,7 @@ from symoro_elastic.codegen.time_steps import blocks_carried, entries_of_state, 
 
 @dataclass(frozen=True)
 class CalledArray:
-    """An array argument at a state, row by row; `matrix` is another valid shape, `is_shared`: equal for all states."""
+    """An array argument for one state, row by row; `matrix` is another valid shape, `is_shared`: one for all states."""
 
     name: str
     shape: tuple[int, ...]
@@ -25,18 +25,18 @@ class CalledArray:
 
     @property
     def entries(self) -> int:
-        """Numbers of a state."""
+        """Number of entries for one state."""
         return math.prod(self.shape)
 
     @property
     def shapes(self) -> tuple[tuple[int, ...], ...]:
-        """Accepted shapes, the shape in C first."""
+        """Accepted shapes, first the one used in C."""
         return (self.shape, self.matrix) if self.matrix else (self.shape,)
 
 
 @dataclass(frozen=True)
 class CalledFunction:
-    """A model or time step: its inputs, with p, its results, the lines that call it for a state and for a batch.
+    """A model or time step as called from a wrapper: inputs with p, results, code lines for one state and a batch.
 
     A time step has the state among its inputs, and its first results are the state after it. `batch` is empty for
     functions without one.
@@ -60,7 +60,7 @@ def called_functions(package: Package) -> list[CalledFunction]:
 
 
 def called_model(package: Package, function: Function) -> CalledFunction:
-    """Return a model."""
+    """Return a model with its inputs and results, and the C lines that call it."""
     inputs = (*map(of_argument, function.arguments), parameters_of(package))
     results = tuple(CalledArray(result.name, result.shape) for result in function.results)
     arguments = [f"x[{k}]" for k in range(len(inputs))] + [f"y[{k}]" for k in range(len(results))]
@@ -70,7 +70,7 @@ def called_model(package: Package, function: Function) -> CalledFunction:
 
 
 def called_step(package: Package, step: StepText, has_batch: bool) -> CalledFunction:
-    """Return a time step."""
+    """Return a time step with its inputs and results, and the C lines that call it."""
     rows, nodes = rows_of_nodes(step.variant, package), len(step.method.nodes_of(step.variant))
     read = [CalledArray(a.name, (nodes, rows[a.name]) if a.name in rows else (a.entries,)) for a in step.read]
     state = [of_argument(block) for block in blocks_carried(step.variant, package)]
@@ -95,13 +95,13 @@ def called_step(package: Package, step: StepText, has_batch: bool) -> CalledFunc
 
 
 def of_argument(argument: Argument) -> CalledArray:
-    """Return an argument."""
+    """Return the called array of an argument, which may be passed as a square matrix."""
     side = argument.quantity.rows
     return CalledArray(argument.name, (argument.size,), (side, side) if side * side == argument.size > 0 else ())
 
 
 def parameters_of(package: Package) -> CalledArray:
-    """Return the last input of every function."""
+    """Return the called array of the parameters p, the last input of every function."""
     return CalledArray("p", (len(package.parameters),), is_shared=True)
 
 
@@ -112,7 +112,7 @@ def _lines(name: str, arguments: Sequence[str]) -> tuple[str, ...]:
 def wrapper_context(
     package: Package, function: Function, precision: Precision, after_p: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the context of a function in a template: `name`, `arguments` that a wrapper passes on, and its calls.
+    """Return the template context of a function: `name`, `arguments` that a wrapper passes on, and its calls.
 
     `call` is for the state in row k of all arrays but p, `after_p` follows p; `all_states` is the call for a batch.
     """
@@ -128,5 +128,5 @@ def wrapper_context(
 
 
 def _rows(arrays: Mapping[str, int]) -> list[str]:
-    """Row k of the arrays; all states share p."""
+    """C expressions for row k of the arrays; all states share p."""
     return [name if name == "p" else f"{name} + {size}*k" for name, size in arrays.items()]

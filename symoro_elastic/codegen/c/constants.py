@@ -14,7 +14,7 @@ from symoro_elastic.symbolic.expression import Operand
 
 @dataclass(frozen=True)
 class Literal:
-    """The text of a number without sign, with its name and meanings."""
+    """A named number: the text of its magnitude, its name and its meanings."""
 
     name: str
     text: str
@@ -23,7 +23,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class _Number:
-    """A number of the machine, whose magnitude occurs in equations."""
+    """A named number of the machine, or its negative, whose magnitude occurs in equations."""
 
     constant: Constant
     negative: bool
@@ -47,7 +47,7 @@ class Literals:
         joints: Sequence[str],
         antecedents: Sequence[int],
     ) -> None:
-        """`written` prints a number in the function's form; names in `taken` are reserved.
+        """Collect the numbers; `written` prints a number in the function's form; names in `taken` are reserved.
 
         `antecedents` are those of the joints: a joint's equations may contain numbers of joints that it carries.
         """
@@ -68,7 +68,7 @@ class Literals:
                 self._found[key] = Literal(free[0], key[1], _meanings(key[0], group, joints))
 
     def find(self, joint: int | None, text: str) -> Literal | None:
-        """The number with this text of a joint, or else of the machine, or of a joint that it carries."""
+        """The named number with this text: of a joint, else of the machine, else of a joint carried by the joint."""
         for owner in (joint, None, *self._carried.get(joint, ())):
             if (owner, text) in self._found:
                 return self._found[owner, text]
@@ -76,7 +76,7 @@ class Literals:
 
 
 def _meanings(joint: int | None, group: Sequence[_Number], joints: Sequence[str]) -> tuple[str, ...]:
-    """Meanings of a number; the unit follows the meanings that share it."""
+    """Meanings of a number as text; the unit follows the meanings that share it."""
     by_unit: dict[str, dict[str, None]] = {}
     for number in group:
         by_unit.setdefault(number.constant.unit, {}).setdefault(number.constant.meaning)
@@ -87,7 +87,7 @@ def _meanings(joint: int | None, group: Sequence[_Number], joints: Sequence[str]
 
 
 def declaration(literal: Literal, type_: str) -> list[str]:
-    """Lines that declare a named number, with its meanings after it or, where they are long, above it."""
+    """Lines that declare a named number, with its meanings as a comment after it or, if long, above it."""
     line = f"{INDENT}const {type_} {literal.name} = {literal.text};"
     meaning = in_comment("; ".join(literal.meanings))
     if len(line) + len(meaning) + len(" /*  */") <= WIDTH:

@@ -35,7 +35,7 @@ from symoro_elastic.symbolic.program import Statement
 
 
 class FixedPrinter(Printer):
-    """Prints expressions on integers with individual units; `called` are the functions that they need."""
+    """Prints expressions as C on integers with individual units; `called` are the helper functions needed."""
 
     def __init__(self, function: Function, fixed: FixedPoint, name: str) -> None:
         super().__init__(function.program)
@@ -44,23 +44,23 @@ class FixedPrinter(Printer):
         self.called: set[str] = set()
 
     def bits(self, x: Operand) -> int:
-        """The bits after the binary point of an operand."""
+        """Number of bits after the binary point of an operand."""
         number = number_of(x)
         if number is not None:
             return quantize(number).bits
         return self.fixed.bits[x.id] if isinstance(x, Expression) else OF_CIRCLE
 
     def text(self, x: Operand) -> Text:
-        """The text of an operand in its own units."""
+        """Text of an operand in its own unit."""
         number = number_of(x)
         return super().text(x) if number is None else self.whole(quantize(number).value)
 
     def whole(self, value: int) -> Text:
-        """An integer."""
+        """Text of an integer."""
         return Text(value < 0, str(abs(value)), ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node written out, its sign reversed when `flipped`."""
+        """Text of a node's operation, its sign reversed when `flipped`."""
         if node.operation in (SYMBOL, NEGATE):
             return super().operation(node, flipped)
         if node.operation in (ADD, SUBTRACT):
@@ -77,7 +77,7 @@ class FixedPrinter(Printer):
         return self.circle(node, flipped)
 
     def align(self, x: Operand, bits: int) -> Text:
-        """An operand with fewer bits, rounded to nearest; a product that has no name is rounded once only."""
+        """Text of an operand rounded to fewer bits; an unnamed product is rounded only once."""
         number = number_of(x)
         if number is not None:
             return self.whole(quantize(number, bits).value)
@@ -89,13 +89,13 @@ class FixedPrinter(Printer):
         return self.shift_right(text, shift)
 
     def shift_right(self, x: Text, shift: int) -> Text:
-        """A number rounded to fewer bits; zero where no bits remain."""
+        """Text of a number shifted right with rounding; zero where no bits remain."""
         if shift > LONGEST_SHIFT:
             return Text(False, f"0*{x.factor(ATOM)}", PRODUCT)
         return self.call_of(x.negative, "shifted", x.text, f"{shift}U")
 
     def product(self, node: Expression, flipped: bool, fewer: int = 0) -> Text:
-        """A product with `fewer` bits than its node; a product with a power of two keeps the integer of its factor."""
+        """Text of a product with `fewer` bits than its node; a factor that is a power of two only changes the unit."""
         x, y = node.operands
         first, second = self.text(x), self.text(y)
         if power_of_two(y) is not None:
@@ -110,7 +110,7 @@ class FixedPrinter(Printer):
         return self.call_of(negative, "product", first.text, second.text, f"{shift}U")
 
     def circle(self, node: Expression, flipped: bool) -> Text:
-        """A sine or cosine: an entry of an array where its angle is an argument."""
+        """Text of a sine or cosine: an array entry where its angle is an argument, else a call."""
         angle = node.operands[0]
         if angle.id in self.angles:
             array = "sine" if node.operation == SIN else "cosine"
@@ -118,14 +118,14 @@ class FixedPrinter(Printer):
         return self.call_of(flipped, "sine" if node.operation == SIN else "cosine", self.angle(angle))
 
     def angle(self, x: Expression) -> str:
-        """An angle as a part of a turn."""
+        """Text of an angle as a fraction of a turn."""
         if x.id in self.fixed.turns:
             return self.turn(x).signed()
         factor = turn_factor(self.bits(x))
         return self.call_of(False, "turns", self.text(x).signed(), str(factor.value), f"{factor.bits}U").text
 
     def turn(self, x: Expression) -> Text:
-        """A sum of parts of a turn, which wraps around."""
+        """Text of a sum of fractions of a turn, as an unsigned integer that wraps around."""
         if x.operation == SYMBOL:
             return Text(False, f"(uint32_t){x.operands[0]}", ATOM)
         if x.operation == MULTIPLY:
@@ -134,14 +134,14 @@ class FixedPrinter(Printer):
         return self.operators[x.operation](False, *(self.turn(y) for y in x.needs))
 
     def call_of(self, negative: bool, function: str, *arguments: str) -> Text:
-        """A call of a function of the file."""
+        """Text of a call of a helper function of the file, which is recorded in `called`."""
         self.called.add(function)
         return Text(negative, f"{self.name}_{function}({', '.join(arguments)})", ATOM)
 
 
 @dataclass(frozen=True)
 class FixedArray:
-    """An array of a function: name, size as text, and units of its entries with the bits that define them.
+    """An array argument of a function: name, size as text, and units of its entries by their binary exponents.
 
     Bits are None of an entry that is not used, `TURN_BITS` with `turns` True of a part of a turn.
     """
@@ -153,7 +153,7 @@ class FixedArray:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units as numbers of C, SI; 0 for unused entries."""
+        """The units of the entries as C literals, SI; 0 for unused entries."""
         pairs = zip(self.bits, self.turns, strict=True)
         return tuple(
             repr(float(TURN)) if turns else "0.0" if bits is None else repr(math.ldexp(1.0, -bits))
@@ -162,7 +162,7 @@ class FixedArray:
 
     @property
     def units_in_words(self) -> str:
-        """The units in words."""
+        """The units of the entries as text."""
         parts = [
             f"{self.name}[{k}] " + (f"2^-{TURN_BITS} turn" if turns else "not used" if bits is None else f"2^{-bits}")
             for k, (bits, turns) in enumerate(zip(self.bits, self.turns, strict=True))
@@ -172,7 +172,7 @@ class FixedArray:
 
 @dataclass(frozen=True)
 class FixedText:
-    """Template data of a model."""
+    """Template data of a model in fixed-point C."""
 
     name: str
     title: str
@@ -190,15 +190,15 @@ class FixedText:
 
     @property
     def arrays(self) -> tuple[FixedArray, ...]:
-        """Arguments, then results."""
+        """All arrays of the function: arguments, then results."""
         return (*self.arguments, *self.results)
 
 
 class FixedFunction:
-    """Builds the text of a model."""
+    """Builder of the fixed-point C text of a model."""
 
     def __init__(self, package: Package, function: Function, name: str) -> None:
-        """`name` begins the names of functions; raises `ValueError` for a function without scales."""
+        """Prepare the builder; `name` begins the C names; raises `ValueError` for a function without scales."""
         if function.fixed is None:
             raise ValueError(f"{function.name} has no scales")
         self.package, self.function, self.fixed = package, function, function.fixed
@@ -207,7 +207,7 @@ class FixedFunction:
         self.symbols = symbols_of(function.program)
 
     def text(self) -> FixedText:
-        """Return the template data."""
+        """Return the template data of the model."""
         about = function_context(self.function)
         arguments, results = tuple(self._arguments()), tuple(self._results())
         body = "\n".join(self._body())
@@ -246,7 +246,7 @@ class FixedFunction:
             yield FixedArray(argument.name, str(argument.size), bits, turns)
 
     def _unit(self, name: str) -> tuple[int | None, bool]:
-        """The bits of a variable, and whether it is a part of a turn."""
+        """Number of bits after the point of a variable, and whether it is a fraction of a turn."""
         node, limited = self.symbols.get(name), self.fixed.only_limited
         turns = node.id in self.fixed.turns if node else name in limited and limited[name] is None
         return TURN_BITS if turns else self.fixed.bits[node.id] if node else limited.get(name), turns
@@ -322,7 +322,7 @@ class _FixedWriter:
         self.writer = writer
 
     def statements(self, statements: Sequence[Statement]) -> list[str]:
-        """Assignments below the headings of their sections."""
+        """Lines of the assignments, below the headings of their sections."""
         printer = self.writer.printer
         assert isinstance(printer, FixedPrinter)
         lines, section = [], None
@@ -336,7 +336,7 @@ class _FixedWriter:
 
 
 def inside(entry: str, span: EntryRange, bits: int, turns: bool) -> list[str]:
-    """Comparisons of integers; none for an angle with any value, and 0 for a range without integers."""
+    """C comparisons that test whether an integer entry is in a range; none for a full turn, "0" for an empty range."""
     first, last = whole_units(span.low, span.high, TURN if turns else Fraction(2) ** -bits)
     if first > last:
         return ["0"]

@@ -39,7 +39,7 @@ OUTLINED_FROM = 2000
 
 
 class Around(NamedTuple):
-    """Lines before and after statements, by the names of their variables."""
+    """Lines to insert before and after statements, by the name of the statement's variable."""
 
     before: Mapping[str, Sequence[str]]
     after: Mapping[str, Sequence[str]]
@@ -51,7 +51,7 @@ NOTHING = Around({}, {})
 def near_use(
     steps: Sequence[Step], loads: Mapping[str, str], stores: Iterable[tuple[str, str]]
 ) -> tuple[Around, list[str]]:
-    """Return lines around statements, and lines at the end, for loads and stores near their use.
+    """Return lines to insert around statements, and lines for the end, that load and store close to the use.
 
     `loads` are lines by the name that they define, `stores` pairs of a value and the line that stores it, in which
     others may be computed.
@@ -78,7 +78,7 @@ def near_use(
 
 @dataclass(frozen=True)
 class Array:
-    """An array of a function: type, name, size as text, number of entries, whether it is written."""
+    """An array parameter of a C function: type, name, size as text, number of entries, whether it is written."""
 
     type: str
     name: str
@@ -101,7 +101,7 @@ class Array:
 
 @dataclass(frozen=True)
 class PartText:
-    """A part of the work of a function: its lines, and the arrays that it uses."""
+    """A part of a function's statements: its lines, and the arrays that it uses."""
 
     lines: list[str]
     arrays: list[Array]
@@ -113,24 +113,24 @@ class PartText:
 
 
 class _Blocks(NamedTuple):
-    """Statements (name, right side), and alternative partitions of them into blocks."""
+    """Statements (name, right side), and the alternative partitions into blocks that are compared."""
 
     texts: Sequence[tuple[str, str]]
     tried: Sequence[Sequence[Block]]
 
 
 class CWriter(Writer):
-    """Statements of C; named numbers are declared in the section that first uses them."""
+    """Writer of C statements; named numbers are declared in the section that first uses them."""
 
     def __init__(self, printer: CPrinter, type_: str, number: str, joints: Sequence[str]) -> None:
-        """`type_` is the type of variables, `number` that of named numbers."""
+        """Prepare the writer; `type_` is the C type of variables, `number` that of named numbers."""
         super().__init__(printer, replace(C, declare=f"const {type_} "), joints)
         self.c_printer, self.number = printer, number
 
     def statements(
         self, statements: Sequence[Statement], known: Iterable[str] = (), around: Around = NOTHING
     ) -> list[str]:
-        """Assignments below the headings of their sections; numbers in `known` are declared already."""
+        """Lines of the assignments, below the headings of their sections; numbers in `known` are declared already."""
         lines: list[str] = []
         declared = {*known}
         before, after = around
@@ -145,18 +145,18 @@ class CWriter(Writer):
         return lines
 
     def assignment(self, statement_: Statement) -> str:
-        """A statement, broken into lines where it is long."""
+        """Lines of a statement, broken where it is long."""
         head = f"{INDENT}{self.dialect.declare}{statement_.name} = "
         return statement(head, f"{self.printer.right_side(statement_)};")
 
 
 class CFunction:
-    """The work of a model, on one state or on many in parallel according to its form."""
+    """A model as a C function, for one state or for many in parallel, according to its form."""
 
     def __init__(
         self, package: Package, function: Function, precision: Precision, form: Form, twin: CFunction | None = None
     ) -> None:
-        """`twin` is the model in another form: statements with equal text are printed and outlined once."""
+        """Prepare the function; `twin` is the model in another form, whose text is reused where it is equal."""
         self.package, self.function, self.precision, self.form = package, function, precision, form
         self.name = precision.function(package.name, function.name)
         self.macro = (package.name + precision.suffix).upper()
@@ -207,7 +207,7 @@ class CFunction:
         self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []
 
     def _outline(self, at_end: frozenset[str]) -> Outline | None:
-        """Blocks that repeat as functions, where the program is long and its form allows it."""
+        """Outline with repeated blocks as functions, or None for short programs and for forms without outlining."""
         if not self.form.outlined or len(self.steps) < self.form.outlined * OUTLINED_FROM:
             return None
         texts = [(step.statement.name, self.printer.text_of(step.statement).text) for step in self.steps]
@@ -223,7 +223,7 @@ class CFunction:
         return shortest if shortest.functions else None
 
     def _shares(self, twin: CFunction) -> bool:
-        """Reuse the text of a twin; False where it prints numbers in another way."""
+        """Reuse the printed text of a twin and return True, or False if it prints numbers differently."""
         is_same = self.function.program is twin.function.program and self.precision is twin.precision
         is_same = is_same and self.form.narrow == twin.form.narrow and not self.precision.is_pair
         if is_same:
@@ -231,7 +231,7 @@ class CFunction:
         return is_same
 
     def _places(self) -> dict[str, Place]:
-        """Places of the arguments, constants, sines and cosines that statements read."""
+        """Array and index of each argument, constant, sine and cosine that statements read."""
         arrays: dict[str, Iterable[str]] = {**self.entries, "p": self.indices, "c": self.constants}
         arrays |= {array: [f"{array}[{k}]" for k in range(len(self.angles))] for array in SINCOS}
         return {name: Place(array, k) for array, names in arrays.items() for k, name in enumerate(names)}
@@ -245,45 +245,45 @@ class CFunction:
         self.printer.literals = Literals(constants, written, used, package.joint_names, package.antecedents)
 
     def type_of(self, array: str) -> str:
-        """The type of the entries of an array that is passed to functions of repeated blocks."""
+        """C type of the entries of an array that is passed to functions for repeated blocks."""
         types = {array.name: array.type for array in self.read} | {SPILL: self.form.number}
         return types.get(array, self.form.real)
 
     @property
     def c_written(self) -> list[Array]:
-        """The array of parameter-only values, as a result."""
+        """The array `c` of parameter-only values, as an output."""
         return [replace(array, is_written=True) for array in self.c]
 
     @property
     def arrays(self) -> list[Array]:
-        """The arrays of the function whose parameter-only values are arguments."""
+        """All arrays of the function variant that receives parameter-only values as an argument."""
         return [*self.inputs, self.p, *self.c, *self.results]
 
     @property
     def signature(self) -> list[Array]:
-        """The arrays of the function as users call it."""
+        """All arrays of the function that users call."""
         return [*self.inputs, self.p, *self.results]
 
     @property
     def read(self) -> list[Array]:
-        """The arrays that a call reads, after the angles."""
+        """The arrays that the statements read, once sines and cosines are computed."""
         sincos = [Array(self.form.angle, name, str(len(self.angles)), 1) for name in SINCOS]
         return [*self.inputs, self.p, *self.c, *sincos]
 
     def part_texts(self) -> list[PartText]:
-        """The parts of a call after the angles."""
+        """The parts of the computation after the sines and cosines, as text."""
         spill = Array(self.form.number, SPILL, str(self.slots), 1, True)
         arrays = [*self.read, spill, *self.results]
         last = self.parts[-1]
         return [self._part(part, arrays, self.stored if part is last else []) for part in self.parts]
 
     def once_texts(self) -> list[PartText]:
-        """The parts of the work that depends on parameters only."""
+        """The parts of the computation that depends on parameters only, as text."""
         last = self.once_parts[-1]
         return [self._once_part(part, self.constants if part is last else []) for part in self.once_parts]
 
     def angle_texts(self) -> list[str]:
-        """The angles whose sines and cosines are computed first."""
+        """Texts of the angles whose sines and cosines are computed first."""
         program, entries = self.function.program, self.entries
         read = {
             symbol: self.form.load_angle.format(array=array, k=k)
@@ -298,7 +298,7 @@ class CFunction:
         return [re.sub(r"\b[A-Za-z_]\w*\b", lambda match: read.get(match[0], match[0]), text) for text in texts]
 
     def unused_arrays(self) -> Iterator[str]:
-        """Arguments that no statement reads, and results without entries."""
+        """Names of arguments that no statement reads, and of results without stored entries."""
         symbols = {node.operands[0] for node in reachable(self.angles) if node.operation == SYMBOL} | self.used
         groups: dict[str, Indices] = {**self.entries, "p": self.indices}
         yield from (a.name for a in (*self.inputs, self.p) if not symbols & groups[a.name].keys())
@@ -306,7 +306,7 @@ class CFunction:
         yield from (r.name for r in self.results if r.entries == in_rows.get(r.name, 0))
 
     def stack(self) -> int:
-        """Bytes of the work arrays of a call."""
+        """Size of the work arrays of a call, bytes."""
         sizes = {"double": 8, "float": 4, "double_double": 16}
         return self.slots * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.angle]
 
@@ -314,7 +314,7 @@ class CFunction:
         return [Step(statement, self.printer.text_of(statement).names) for statement in statements]
 
     def _stores(self) -> tuple[list[Stored], frozenset[str]]:
-        """The entries of results that are stored, and the names of the variables that these are."""
+        """The result entries to store, and the names of the variables in their values."""
         outputs, value = self.function.program.outputs, self.printer.value
         self.rows = repeated_rows(outputs, value) if self.form.leaves_rows else []
         in_rows = {rows.result: rows.entries for rows in self.rows}
@@ -349,13 +349,13 @@ class CFunction:
     def _near_use(
         self, part: Part, loads: Mapping[str, str], results: Iterable[tuple[str, str]]
     ) -> tuple[list[str], list[str]]:
-        """Statements with loads and stores around them, and lines at the end."""
+        """Lines of a part with loads and stores close to their use, and lines for the end."""
         loads = {**loads, **self._from_spill(part, self.writer)}
         around, at_end = near_use([*part.steps], loads, [*self._to_spill(part), *results])
         return self.writer.statements([step.statement for step in part.steps], around=around), at_end
 
     def _without_copied(self, part: Part, results: Sequence[str]) -> Part:
-        """A part that reads from the spill array only what its statements and result lines use."""
+        """The part, restricted to the spilled variables that its statements and result lines read."""
         named = frozenset().union(*(step.uses for step in part.steps))
         named |= {word for line in results for word in OPERAND.findall(line)}
         return replace(part, live_in={name: slot for name, slot in part.live_in.items() if name in named})
@@ -370,32 +370,32 @@ class CFunction:
         return PartText(lines, arrays)
 
     def _lines(self, part: Part, writer: CWriter) -> list[str]:
-        """Statements, between variables read from and written to the spill array."""
+        """Lines of a part: variables read from the spill array, statements, variables written to it."""
         read = self._from_spill(part, writer).values()
         lines = [*read, *writer.statements([s.statement for s in part.steps])]
         spilled = [line for _, line in self._to_spill(part)]
         return [*lines, "", *spilled] if spilled else lines
 
     def _to_spill(self, part: Part) -> list[tuple[str, str]]:
-        """Variables that other parts need, and the lines that store them."""
+        """Variables that later parts need, and the lines that store them in the spill array."""
         return [(name, f"{INDENT}{SPILL}[{k}] = {name};") for name, k in part.live_out.items()]
 
     def _from_spill(self, part: Part, writer: CWriter) -> dict[str, str]:
-        """Variables of other parts."""
+        """Lines that load variables of earlier parts from the spill array, by name."""
         return writer.unpack_lines({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> dict[str, str]:
-        """Lines of parameters and of parameter-only values, by name."""
+        """Lines that load parameters and parameter-only values, by name."""
         return self.once_writer.unpack_lines(groups, used, {"p": self.form.load_parameter})
 
 
 def _size(shape: Sequence[int], names: Mapping[int, str]) -> str:
-    """The size of a result, as a product where it is a matrix."""
+    """Size of a result as C text, a product for a matrix."""
     return "*".join(names.get(n, str(n)) if len(shape) == 1 else str(n) for n in shape) or "1"
 
 
 def of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
-    """Steps that other steps or results need; angles used by sines and cosines only are not among them."""
+    """Steps whose variables other steps or results use; unused ones, such as angles, are dropped."""
     needed, kept = set(needed_at_end), []
     for step in reversed(steps):
         if step.statement.name in needed:

@@ -43,19 +43,19 @@ def in_lanes(function: CFunction, kind: type[LanesFunction] | None = None) -> La
 
 
 def operations(function: CFunction) -> int:
-    """Number of products, quotients and sums in the text of a call, on vectors or numbers."""
+    """Number of multiplications, divisions and additions in the text of a call, on vectors or numbers."""
     return sum(len(OPERATORS.findall(function.printer.text_of(step.statement).text)) for step in function.steps)
 
 
 class Variables:
-    """The variables of a program: vectors, with the names of their first lanes, and the numbers that remain.
+    """The variables of a program in lanes: vectors, named after their first lanes, and the remaining numbers.
 
     `statements` are those of both. `gathered` are the lanes of vectors of arguments, or of what depends on parameters
     only, with their signs. `of_vectors` and `of_numbers` are the texts of all that has a name.
     """
 
     def __init__(self, program: Program, package: Package, number: str) -> None:
-        """`number` is the type of a number."""
+        """Find and name the vectors; `number` is the C type of a number."""
         self.lanes, self.number = lanes_of(program.nodes, package.congruent), number
         self._package = package
         self._own = {s.node.id: s for s in (*program.once, *program.statements)}
@@ -69,7 +69,7 @@ class Variables:
         self._name_statements(program)
 
     def _name_gathered(self, program: Program) -> None:
-        """Make vectors of arguments and parameters, and of what depends on parameters only."""
+        """Create vectors of congruent arguments, parameters and parameter-only values."""
         names = {x.id: (x.operands[0], False) for x in program.nodes if x.operation == SYMBOL}
         names |= {s.node.id: (s.name, s.negative) for s in program.once}
         for number, (name, negative) in names.items():
@@ -80,7 +80,7 @@ class Variables:
                 self._declare(lane.vector, name, negative)
 
     def _name_statements(self, program: Program) -> None:
-        """Make vectors of congruent statements, and of congruent parts of other statements and results."""
+        """Create vectors of congruent statements, and of congruent subexpressions of other statements and results."""
         for s in program.statements:
             lane = self.lanes.get(s.node.id)
             if lane is None:
@@ -93,7 +93,7 @@ class Variables:
             self._name_within(entries, output.name, Section("Results"))
 
     def _name_within(self, roots: Iterable[Expression], name: str, section: Section) -> None:
-        """Make vectors of the largest parts of numbers that are lanes of vectors without a name."""
+        """Create vectors for the largest subexpressions of `roots` that are lanes of unnamed vectors."""
         stack = [*roots]
         while stack:
             node = stack.pop()
@@ -106,7 +106,7 @@ class Variables:
                 self._name(lane.vector, Statement(free_name(f"{name}_of_limbs", self._names), node, False, section))
 
     def _name(self, vector: Vector, s: Statement) -> None:
-        """Make a vector with the name of its first lane, or of a statement of another lane where that has none."""
+        """Name a vector after its first lane, or after statement `s` if that lane has no name."""
         first, is_own = vector.nodes[0], self.is_own(vector)
         s = self._own.get(first.id, s) if is_own else s
         self._name_operands(vector, s)
@@ -115,7 +115,7 @@ class Variables:
         self.statements.append(Statement(s.name, first, negative, self._of_all(s.section)))
 
     def _name_operands(self, vector: Vector, s: Statement) -> None:
-        """Make vectors of operands whose lanes are numbers for themselves as well."""
+        """Create vectors of operands whose lanes are also used as single numbers."""
         for x in vector.operands:
             if isinstance(x, Vector) and x not in self.of_vectors:
                 if self.is_own(x):
@@ -124,7 +124,7 @@ class Variables:
                     self._name(x, Statement(free_name(f"{s.name}_of_limbs", self._names), x.nodes[0], False, s.section))
 
     def is_own(self, vector: Vector) -> bool:
-        """Whether numbers are computed as lanes of this vector, and nowhere else."""
+        """Whether the numbers in this vector are computed as its lanes only."""
         lane = self.lanes.get(vector.nodes[0].id)
         return lane is not None and lane.vector is vector
 
@@ -136,7 +136,7 @@ class Variables:
                 self.of_numbers[node.id] = Text((sign < 0) != negative, f"{name}[{k}]", ATOM)
 
     def _of_all(self, section: Section) -> Section:
-        """A section of a limb, which names the congruent joints of the others."""
+        """Section of a limb with its title extended by the congruent joints of the other limbs."""
         joints = next((joints for joints in self._package.limbs if section.joint in joints), ())
         names = self._package.joint_names
         texts = [f"{j} ({names[j - 1]})" for j in joints if j != section.joint]
@@ -156,7 +156,7 @@ class Variables:
         return self.vectors[name].width if name in self.vectors else 1
 
     def from_spill(self, name: str, slot: str) -> str:
-        """A variable read from a slot of the spill array, whose entries are the longest vectors."""
+        """Text of a variable read from a slot of the spill array, whose slots have the width of the longest vector."""
         lanes = self._in_slot(name, slot)
         return f"{{{', '.join(lanes)}}}" if len(lanes) > 1 else lanes[0]
 
@@ -167,13 +167,13 @@ class Variables:
         return INDENT + " ".join(f"{lane} = {value};" for lane, value in zip(lanes, values, strict=True))
 
     def _in_slot(self, name: str, slot: str) -> list[str]:
-        """A slot, or the numbers in it where a variable has fewer than the longest vectors."""
+        """Text of a slot, or of the numbers in it if a variable is narrower than the longest vectors."""
         width, place = self.width_of(name), f"{SPILL}[{slot}]"
         return [place] if width == self.width else [f"{place}[{k}]" for k in range(width)]
 
 
 class LanesPrinter(CPrinter):
-    """Statements on vectors as those of their first lanes, and statements on numbers, which may be lanes."""
+    """Prints vector statements by their first lanes, and statements on numbers, which may be lanes of vectors."""
 
     lanes: Variables
 
@@ -192,12 +192,12 @@ class LanesPrinter(CPrinter):
         return printed
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
-        """Names of the variables in printed names of entries and lanes."""
+        """Names of variables in printed entries and lanes, with all lanes of vectors gathered from arguments."""
         names = {name.partition("[")[0] for name in printed}
         return frozenset(names.union(*(self.lanes.gathered.get(name, ()) for name in names)))
 
     def _vector(self, vector: Vector, flipped: bool = False) -> Text:
-        """The operation of a vector."""
+        """Text of the operation of a vector."""
         operation = vector.nodes[0].operation
         if not vector.operands:
             texts = [self.operation(x) if self.lanes.is_own(vector) else self.text(x) for x in vector.nodes]
@@ -206,7 +206,7 @@ class LanesPrinter(CPrinter):
         return self.operators[operation](flipped, *texts)
 
     def _operand(self, vector: Vector, k: int) -> Text:
-        """Operand k of a vector, by name where it has one."""
+        """Text of operand k of a vector, by name where it has one."""
         x, flips = vector.operands[k], vector.flips if k else ()
         if isinstance(x, Vector):
             text = self.lanes.of_vectors.get(x)
@@ -227,12 +227,12 @@ class LanesPrinter(CPrinter):
 
 
 class LanesWriter(CWriter):
-    """Statements of C on vectors and numbers."""
+    """Writer of C statements on vectors and numbers."""
 
     lanes: Variables
 
     def assignment(self, statement_: Statement) -> str:
-        """A statement with the type of its variable."""
+        """A statement, preceded by the type of its variable."""
         head = f"{INDENT}const {self.lanes.type_of(statement_.name)} {statement_.name} = "
         return statement(head, f"{self.printer.right_side(statement_)};")
 
@@ -255,7 +255,7 @@ class LanesWriter(CWriter):
 
 
 class LanesFunction(CFunction):
-    """The work of a model on one state, congruent limbs in lanes; `scalar` is the same without vectors."""
+    """A model as C on one state, congruent limbs in lanes of vectors; `scalar` is the version without vectors."""
 
     variables = Variables
 
@@ -282,7 +282,7 @@ class LanesFunction(CFunction):
         self.parts, self.slots = partition(self.steps, at_end, self.form.part)
 
     def once_texts(self) -> list[PartText]:
-        """The parts of the work that depends on parameters only, on numbers."""
+        """The parts of the computation that depends on parameters only, without vectors, as text."""
         return self.scalar.once_texts()
 
     def _stores(self) -> tuple[list[Stored], frozenset[str]]:
@@ -294,7 +294,7 @@ class LanesFunction(CFunction):
 
 
 def _in_order(steps: Sequence[Step]) -> list[Step]:
-    """Steps after those that they need, else as they are: a vector has to wait for what its last lane needs."""
+    """Steps in an order in which each follows the steps that it uses; otherwise their order is kept."""
     places = {step.statement.name: k for k, step in enumerate(steps)}
     sorter = TopologicalSorter({k: [places[x] for x in step.uses if x in places] for k, step in enumerate(steps)})
     sorter.prepare()

@@ -58,7 +58,7 @@ def _fill(head: str, text: str, indent: str) -> Iterator[str]:
 
 
 def _best(fitting: Sequence[tuple[int, int]], enough: int) -> int:
-    """The last of the cheapest breaks among those that fill half a line, or among all."""
+    """Last of the cheapest line breaks that fill at least half a line, else of all that fit."""
     far = [(cost, -k) for k, cost in fitting if k >= enough] or [(cost, -k) for k, cost in fitting]
     return -min(far)[1]
 

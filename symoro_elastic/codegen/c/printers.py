@@ -37,7 +37,7 @@ OF_PAIRS = {
 
 @dataclass(frozen=True)
 class Form:
-    """Form of the numbers of a call in C: types, reading and writing of array entries, names of functions.
+    """How a C function handles numbers: types, reading and writing of array entries, names of functions.
 
     `real` is the type of what depends on parameters only; `sincos` gives the lines that find those of angles
     before so many statements; `pair` begins the names of functions on sums of two doubles. Functions on many `states`
@@ -79,7 +79,7 @@ def angles_of(program: Program) -> list[Expression]:
 
 
 def is_given(angle: Expression) -> bool:
-    """Whether an angle is a sum of multiples of joint variables, computed in the precision of angles."""
+    """Whether an angle is a sum of multiples of joint variables, to be computed in the type of angles."""
     return all(node.level == Level.STATE and _is_linear(node) for node in reachable([angle]))
 
 
@@ -89,7 +89,7 @@ def _is_linear(node: Expression) -> bool:
 
 
 class CPrinter(Printer):
-    """Numbers of the language and their operators.
+    """Prints expressions as C with native numbers and operators.
 
     `called` holds the functions that were printed. Numbers in statements appear by their names in `literals`.
     """
@@ -121,11 +121,11 @@ class CPrinter(Printer):
         self._named = dict(other._named)
 
     def literal(self, value: float) -> Text:
-        """A number by its name where it has one."""
+        """Text of a number, by its name where it has one."""
         return self.by_name(self._number(value))
 
     def by_name(self, number: Text) -> Text:
-        """A number by its name; itself where it has none."""
+        """Text of a number replaced by its name; unchanged if it has none."""
         if self.literals is None or self._statement is None:
             return number
         literal = self.literals.find(self._statement.section.joint, number.text)
@@ -135,18 +135,18 @@ class CPrinter(Printer):
         return Text(number.negative, literal.name, ATOM)
 
     def written(self, x: Operand) -> Text | None:
-        """A constant as a number; None for one that the program does not hold."""
+        """Text of a constant of the program; None for any other operand."""
         if not isinstance(x, Expression):
             return self._number(float(x))
         return self._number(self.constants[x.id]) if x.id in self.constants else None
 
     def _number(self, value: float) -> Text:
-        """A number as the precision writes it; raises `OverflowError` where it has none."""
+        """Text of a number in the precision; raises `OverflowError` if it is out of range."""
         number = super().literal(value)
         return number._replace(text=self.precision.number(number.text))
 
     def other_operation(self, node: Expression, flipped: bool) -> Text:
-        """A symbol, a function, an operator on an expression; the sine of a given angle is an entry of an array."""
+        """Text of a symbol, a function, or an operator on an expression; precomputed sines are array entries."""
         if node.operation in FUNCTIONS:
             if node.operation in (op.SIN, op.COS) and node.operands[0].id in self.angles:
                 return Text(flipped, self.entry(node), ATOM)
@@ -156,7 +156,7 @@ class CPrinter(Printer):
         return super().other_operation(node, flipped)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
-        """An operation as a call of a function."""
+        """Text of an operation as a call of a C function."""
         if self._statement is not None:
             self._calling.add(self._statement.node.id)
         plain = [text.binding == ATOM and not text.negative for text in texts]
@@ -167,23 +167,23 @@ class CPrinter(Printer):
         return super().call(operation, flipped, operands)
 
     def multiple(self, x: Text, number: Text, flipped: bool) -> Text:
-        """A number times an expression, the number first unless the expression is in brackets."""
+        """Text of a number times an expression, the number first unless the expression is in brackets."""
         first, second = (number, x) if x.binding == ATOM else (x, number)
         negative = (x.negative != number.negative) != flipped
         return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
 
     def entry(self, node: Expression) -> str:
-        """`sine[2]`, and the array counts as used."""
+        """Text of the array entry of a sine or cosine, as `sine[2]`; records that the array is used."""
         array = "sine" if node.operation == op.SIN else "cosine"
         self.referenced.add(array)
         return self.form.narrow.format(f"{array}[{self.angles[node.operands[0].id]}]")
 
 
 class PairPrinter(CPrinter):
-    """Sums of two doubles and the functions on them; signs are functions too."""
+    """Prints expressions as C on sums of two doubles; operators and signs are function calls."""
 
     def text(self, x: Operand) -> Text:
-        """An expression, by name where it has one; constants with twice the digits of a double."""
+        """Text of an expression, by name where it has one; constants have twice the digits of a double."""
         if not isinstance(x, Expression) or x.level == Level.CONSTANT:
             named_numbers = self.by_name(self.written(x))
             if named_numbers.text == self.written(x).text:
@@ -193,23 +193,23 @@ class PairPrinter(CPrinter):
         return self.negation(text.text) if text.negative else text
 
     def pair_of(self, high: float, low: float) -> str:
-        """A pair of two numbers."""
+        """Text of a pair of two numbers, high and low part."""
         self.called.setdefault("make")
         return f"{self.form.pair}make({high!r}, {low!r})"
 
     def written(self, x: Operand) -> Text:
-        """A constant as a pair, its sign apart."""
+        """Text of a constant as a pair, its sign separate."""
         high, low = _two_doubles(x)
         negative = high < 0
         return Text(negative, self.pair_of(abs(high), -low if negative else low), ATOM)
 
     def negation(self, text: str) -> Text:
-        """A pair with its sign reversed."""
+        """Text of a pair with its sign reversed."""
         self.called.setdefault(OF_PAIRS[op.NEGATE])
         return Text(False, f"{self.form.pair}negative({text})", ATOM)
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node as a call."""
+        """Text of the operation of a node as a function call."""
         if node.operation == op.SYMBOL:
             plain = Printer.operation(self, node)
         elif node.operation == op.NEGATE:
@@ -224,7 +224,7 @@ class PairPrinter(CPrinter):
 
 
 def _two_doubles(x: Operand) -> tuple[float, float]:
-    """A constant rounded to a sum of two doubles. Raises `OverflowError`."""
+    """Round a constant to a sum of two doubles; raises `OverflowError`."""
     exact: Any = evaluate([x], {}, multiprecision(60))(x) if isinstance(x, Expression) else Fraction(x)
     high = float(exact)
     if high in (float("inf"), float("-inf")):
@@ -233,5 +233,5 @@ def _two_doubles(x: Operand) -> tuple[float, float]:
 
 
 def printer_of(program: Program, precision: Precision, angles: Sequence[Expression], form: Form) -> CPrinter:
-    """The printer for a precision."""
+    """The printer of expressions for a precision."""
     return (PairPrinter if precision.is_pair else CPrinter)(program, precision, angles, form)

@@ -22,7 +22,7 @@ FEWEST_RESULTS = 500
 
 @dataclass(frozen=True)
 class Rows:
-    """Entries of a result that are `equal` to earlier entries, and the values of entries that are `numbers`."""
+    """Entries of a result that a batch fills row by row: copies of earlier entries (`equal`), and `numbers`."""
 
     result: str
     equal: tuple[tuple[int, int], ...]
@@ -30,11 +30,11 @@ class Rows:
 
     @property
     def entries(self) -> frozenset[int]:
-        """All entries in rows."""
+        """Indices of all entries that are filled row by row."""
         return frozenset(k for k, _ in (*self.equal, *self.numbers))
 
     def lines(self, type_: str) -> list[str]:
-        """C that completes these entries of `count` states, in an array of this type."""
+        """C lines that fill these entries for `count` states, in an array of this type."""
         equal = ", ".join(f"{{{k},{of}}}" for k, of in self.equal)
         places = ", ".join(str(k) for k, _ in self.numbers)
         values = ", ".join(value for _, value in self.numbers)
@@ -61,13 +61,13 @@ class Rows:
 
 
 def repeated_rows(outputs: Sequence[Output], text: Callable[[Operand], str]) -> list[Rows]:
-    """Return the rows of the results with enough repeated entries; `text` prints an entry."""
+    """Return the results with enough repeated entries to fill them row by row; `text` prints an entry."""
     rows = [_of(output, text) for output in outputs]
     return [one for one, output in zip(rows, outputs, strict=True) if _is_worth_it(one, len(output.entries))]
 
 
 def _is_worth_it(rows: Rows, entries: int) -> bool:
-    """Whether rows are faster than vectors for these of the entries of a result."""
+    """Whether filling these entries of a result row by row is faster than storing them with vectors."""
     return len(rows.entries) >= (FEWEST_OF_ALL if len(rows.entries) == entries else FEWEST)
 
 
@@ -84,7 +84,7 @@ def _of(output: Output, text: Callable[[Operand], str]) -> Rows:
 
 
 class Stored(NamedTuple):
-    """An entry of a result, and the value that it has."""
+    """An entry of a result and the text of its value."""
 
     result: str
     k: int
@@ -96,7 +96,7 @@ Copies = Mapping[str, Sequence[tuple[int, int]]]
 
 
 def copies(stored: Sequence[Stored], slots: Mapping[str, int]) -> Copies:
-    """Return the entries that a table can copy, by result with enough of them."""
+    """Return, by result, the entries to copy from the spill array by a table, if a result has enough of them."""
     slots_of: dict[str, list[tuple[int, int]]] = {}
     for result, k, value in stored:
         if value in slots:
@@ -105,7 +105,7 @@ def copies(stored: Sequence[Stored], slots: Mapping[str, int]) -> Copies:
 
 
 def lines(stored: Sequence[Stored], copied: Copies, store: str, spill: str) -> list[str]:
-    """C that stores the other entries, then copies; `store` is the text that writes an entry."""
+    """C lines that store single entries, then copy `copied` ones by tables; `store` is the format of a store."""
     done = {(result, k) for result, places in copied.items() for k, _ in places}
     single = [entry for entry in stored if (entry.result, entry.k) not in done]
     code = [INDENT + store.format(array=entry.result, k=entry.k, value=entry.value) for entry in single]

@@ -46,7 +46,7 @@ LANES = 16
 
 @dataclass(frozen=True)
 class Qualifiers:
-    """Prefixes of definitions: public functions, functions of the file, accelerations, data."""
+    """Prefixes of C definitions: of public functions, static functions, the acceleration function, and data."""
 
     public: str = ""
     static: str = "static "
@@ -59,7 +59,7 @@ PLAIN_C = Qualifiers()
 
 @dataclass(frozen=True)
 class StepText:
-    """A time step: comment and heads of its functions, the call of that which does the work, arrays by use."""
+    """A time step in C: comment and heads of its functions, the call between them, arrays by use."""
 
     method: MethodText
     variant: Variant
@@ -75,7 +75,7 @@ class StepText:
 
     @property
     def title(self) -> str:
-        """The method and the variant, as a sentence begins."""
+        """Title of the method and variant, as a sentence."""
         return f"{self.method.title[:1].upper()}{self.method.title[1:]}{self.variant.words}."
 
 
@@ -110,7 +110,7 @@ class CSteps:
 
     @property
     def nodes(self) -> dict[str, int]:
-        """Number of rows of torques of a step, by method."""
+        """Number of rows of motor inputs of a step, by method."""
         return {method.name: len(method.nodes) for method in self.methods}
 
     def _step(self, method: MethodText, variant: Variant, with_error: bool) -> StepText:
@@ -151,7 +151,7 @@ class CSteps:
         return [*(a.pointer() for a in read), f"{self.precision.state} h", *(a.pointer() for a in arrays)]
 
     def _read(self, method: MethodText, variant: Variant) -> Iterator[Array]:
-        """Rows for the nodes, gains, and the rate of the torques."""
+        """Input arrays of a step: rows for the nodes, gains, and rates of inputs."""
         state, torques, motors = self.precision.state, len(self.package.motor_names), f"{self.macro}_MOTORS"
         for name, entries in rows_of_nodes(variant, self.package).items():
             rows = len(method.nodes_of(variant)) * entries
@@ -165,7 +165,7 @@ class CSteps:
                 yield Array(state, name, motors, torques)
 
     def _written(self, variant: Variant, with_error: bool) -> Iterator[Array]:
-        """The state, and the difference from the embedded method."""
+        """Output arrays of a step: the state, and the difference from the embedded method."""
         state, sizes = self.precision.state, {x: f"{self.macro}_{word}" for x, word in LENGTHS.items()}
         for block in blocks_carried(variant, self.package):
             yield Array(state, block.name, sizes.get(block.quantity.follows, str(block.size)), block.size, True)
@@ -225,12 +225,12 @@ class CSteps:
         }
 
     def _motors_in_q(self) -> list[int]:
-        """The entries of the motors in the state; empty where some motors are dependent."""
+        """Indices of the motors in the state; empty if some motors are dependent."""
         first = entries_of_state(self.package) - len(self.package.axes)
         return [first + k for k in self.package.motors] if self.package.has_motors_in_q else []
 
     def _rate_head(self, variant: Variant) -> str:
-        """The head of the function that computes accelerations; motors on prescribed motions are put in their place."""
+        """Head of the C function that computes accelerations, with prescribed motor states as outputs."""
         state = self.precision.state
         driven = variant.right_side == "inverse_dynamics"
         moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
@@ -246,13 +246,13 @@ class CSteps:
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
 
     def _last_row(self, method: MethodText, variant: Variant) -> str:
-        """The place of the row of the last node."""
+        """C offset of the row of the last node."""
         offset = (len(method.nodes_of(variant)) - 1) * len(self.package.motor_names)
         return f"{offset}U{'*count' if self.many else ''} + " if offset else ""
 
 
 def sum_of(terms: Terms, array: str) -> str:
-    """Return the sum of coefficients times the entries i of the stages."""
+    """Return the text of the sum of coefficients times the entries i of the stages."""
     text = ""
     for number, (x, stage) in enumerate(terms):
         sign = "-" if x.startswith("-") else "+" if number else ""
@@ -275,7 +275,7 @@ def _comment(method: MethodText, variant: Variant, with_error: bool, package: Pa
 
 
 class StepCalls:
-    """Lines of calls on one state or, with `many`, on `count` states side by side.
+    """Writer of C calls on one state or, with `many`, on `count` states side by side.
 
     On one state what depends on parameters only is computed before, for all functions side by side in `c`.
     """
@@ -288,7 +288,7 @@ class StepCalls:
         methods: Sequence[MethodText],
         many: bool,
     ) -> None:
-        """`functions` are the models by name, `methods` those whose steps are written."""
+        """Prepare the calls; `functions` are the models by name, `methods` those whose steps are generated."""
         self.package, self.prefix, self.functions, self.many = package, prefix, functions, many
         self.position = ["q", *(block.name for block in package.assembled)]
         self.stage = ["stage_dep" for _ in package.assembled]
@@ -308,7 +308,7 @@ class StepCalls:
         return [f"{INDENT}{self.functions[f].name}_prepare(p, {self._place(f)});" for f in self.offsets]
 
     def accelerations(self, variant: Variant, depth: int = 1) -> str:
-        """Return the call of the right side for the accelerations `qdd`."""
+        """Return the call of the right-hand side, which computes the accelerations `qdd`."""
         inputs = ["ydd"] if variant.is_driven else ["torque"] if variant.of_step else ["tau"]
         inputs = list(DRIVES.of_nodes) if variant.right_side == CLOSED else inputs
         z, zd = (["z"], ["zd"]) if states_carried(variant, self.package) else ([], [])
@@ -319,7 +319,7 @@ class StepCalls:
         return self._under_forces(variant.right_side, [self._joints("qd"), *z, *inputs, *on_base], results, depth)
 
     def load_calls(self, variant: Variant) -> str:
-        """Return the calls by which loads converge, after the call of the right side."""
+        """Return the calls of an iteration for the transmitted torques, to follow the call of the right-hand side."""
         tau = "tau_m" if variant.right_side == CLOSED else "torque" if variant.of_step else "tau"
         arrays = {"q": self._joints("q"), "q_dep": "stage_dep", "qd": self._joints("qd"), "qdd": self._joints("qdd")}
         arrays |= {"tau": tau}
@@ -337,22 +337,22 @@ class StepCalls:
         return [self._joints("q"), *self.stage]
 
     def displacement(self, x: str) -> str:
-        """Return the call that finds how far the base is from its pose at the start of the step."""
+        """Return the call that computes the displacement of the base from its pose at the start of the step."""
         orientation = self.package.base[0].name
         return self._model("base_displacement", [orientation, x], [f"{orientation}_change", "P0_change"])
 
     def base_rates(self) -> str:
-        """Return the call that finds the rates of the coordinates and of the velocity of the base."""
+        """Return the call that computes the rates of the base's coordinates and velocity."""
         return self._model("base_rates", ["q", "qd", "V0d"], ["x0d", "qdd"])
 
     def prepares_rate(self, variant: Variant) -> bool:
-        """Return whether something that the accelerations need depends on parameters only."""
+        """Return whether a model that the accelerations need has parameter-only values."""
         needed = {variant.right_side, PASSED, *("assemble" for _ in self.stage)}
         needed |= {MOTOR_COORDINATES} if variant.of_step and not self.package.has_motors_in_q else set()
         return not needed.isdisjoint(self.offsets)
 
     def assemble(self) -> str:
-        """Return the call that closes the loops, from the last position."""
+        """Return the call that closes the loops, starting from the last position."""
         return self._model("assemble", self.position, [*self.stage, "residual"])
 
     def linearization(self) -> str:
@@ -360,14 +360,14 @@ class StepCalls:
         return self._under_forces("linearization", ["qd", "qdd"], ["M", "D", "K"])
 
     def factors(self, variant: Variant) -> str:
-        """Return the call that factors the system of an implicit step."""
+        """Return the call that factorizes the linear system of an implicit step."""
         name = f"implicit_factors{variant.suffix}"
         z = ["z"] if any(a.name == "z" for a in self.functions[name].function.arguments) else []
         inputs = [*given_to_factors(variant, self.package), *self._load(name)]
         return self._model(name, [*self.position, "qd", *z, "g", *inputs], ["factors"])
 
     def solve(self, variant: Variant, z_q: str, z_v: str, z_z: str = "", depth: int = 1) -> str:
-        """Return the call that solves it, for the right side `v_s`, `qdd`, `zd`; results of states are put in `z_z`."""
+        """Return the call that solves the system for `v_s`, `qdd`, `zd`; state rates are stored in `z_z`."""
         side, found = (["zd"], [z_z]) if states_carried(variant, self.package) else ([], [])
         sides = ["factors", "v_s", "qdd", *side]
         return self._model(f"implicit_solve{variant.suffix}", sides, [z_q, z_v, *found], depth)
@@ -375,7 +375,7 @@ class StepCalls:
     def rate(
         self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL, zd: str = "zd"
     ) -> str:
-        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
+        """Return the call that computes the accelerations of a stage at `q_s`, `v_s` with the inputs of a node."""
         sizes = rows_of_nodes(variant, self.package)
         rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in sizes.items()]
         constant = [*variant.of_step, *self.held, "p", *(["c"] if self.constants else [])]
@@ -385,20 +385,20 @@ class StepCalls:
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
 
     def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
-        """Return the call of a model at the position of a stage, under the wrenches on frames."""
+        """Return the call of a model at the position of a stage, with the wrenches on frames if it has them."""
         forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
         return self._model(function, [*self._stage_position, *inputs, *forces, *self._load(function)], results, depth)
 
     def _load(self, function: str) -> list[str]:
-        """Return the torques through transmissions if a model has them as an argument."""
+        """Return the argument for transmitted torques, if a model has it."""
         return [LOAD] if any(a.name == LOAD for a in self.functions[function].function.arguments) else []
 
     def _joints(self, array: str) -> str:
-        """Return the part of an array of the full state that follows the base."""
+        """Return the C address of the joints' part of an array of the full state, after the base."""
         return self._from(array, entries_of_state(self.package) - len(self.package.axes))
 
     def _from(self, array: str, offset: int) -> str:
-        """Return the place of an entry in an array."""
+        """Return the C address of an entry of an array."""
         return f"&{array}[{offset}U{'*count' if self.many else ''}]" if offset else array
 
     @property
@@ -431,7 +431,7 @@ def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
 # Functions of C that carry out many time steps, one after another.
 @dataclass(frozen=True)
 class Run:
-    """A function that carries out many steps: arrays that are read, each with its length for a step, and written ones.
+    """A C function that carries out many steps: input arrays with their lengths per step, and output arrays.
 
     Arrays that are `kept` are the same for all steps. `head` and `call` are those of the function and of its steps.
     """

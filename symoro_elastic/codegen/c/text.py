@@ -52,7 +52,7 @@ class FunctionText:
 
 
 def function_text(function: CFunction, in_lanes: CFunction | None = None) -> FunctionText:
-    """Return the text of a model for one state; `in_lanes` is the same work where compilers have vectors."""
+    """Return the C text of a model for one state; `in_lanes` is the variant for compilers with vectors."""
     about, stack = function_context(function.function), function.stack()
     main = head(function.name, function.signature, function.form.states)
     guaranteed = function.function.guaranteed.get(function.precision.name)
@@ -74,7 +74,7 @@ def function_text(function: CFunction, in_lanes: CFunction | None = None) -> Fun
 
 
 def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[Routine]:
-    """The functions that do the work of a call, those on vectors in place of the others where compilers have them."""
+    """The C functions of a model; under #ifdef, the variant with vectors replaces them."""
     routines, vectors = working(function, name), working(in_lanes, name) if in_lanes else []
     if not vectors:
         return routines
@@ -85,7 +85,7 @@ def _either(function: CFunction, in_lanes: CFunction | None, name: str) -> list[
 
 
 def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:
-    """The function that tests whether arguments are in the box."""
+    """The C function that tests whether arguments are in the operating range of a guarantee."""
     arrays = [*function.inputs, function.p]
     unused = [f"{INDENT}(void){array.name};" for array in arrays if array.name not in guaranteed.arguments]
     cast = "" if function.precision.state == "double" else "(double)"
@@ -95,13 +95,13 @@ def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:
 
 
 def head(name: str, arrays: Sequence[Array], states: str = "") -> str:
-    """The head of a function without the end of its last line; functions of many states have their number first."""
+    """Head of a C function without the end of its last line; batch functions begin with the number of states."""
     declared = [f"size_t {states}", *(a.pointer() for a in arrays)] if states else [a.declared() for a in arrays]
     return with_arguments(f"void {name}", declared)
 
 
 def working(function: CFunction, name: str) -> list[Routine]:
-    """The function that does the work of a call, after the parts of it where it is long."""
+    """The C function that computes a model, preceded by static functions for its parts if it is long."""
     parts, states = function.part_texts(), function.form.states
     unused = [*([states] if states else []), *function.unused_arrays()]
     first = [f"{INDENT}(void){name};" for name in unused] + _angles(function)
@@ -117,7 +117,7 @@ def working(function: CFunction, name: str) -> list[Routine]:
 def _routines(
     function: CFunction, outline: Outline, routines: Sequence[Routine], calls: Sequence[str]
 ) -> tuple[list[Routine], list[str]]:
-    """Functions for blocks that repeat and for the parts between, and the calls of both in order."""
+    """Functions for repeated blocks and for the parts between them, and the calls of both in order."""
     text, of_parts = COutline(function, outline), iter(calls)
     own = [Routine(routine.head, routine.body, True) for routine in text.texts]
     in_order = [text.call(piece) if isinstance(piece, Call) else next(of_parts) for piece in outline.pieces]
@@ -125,7 +125,7 @@ def _routines(
 
 
 def _in_parts(name: str, parts: Sequence[PartText], states: str = "") -> tuple[list[Routine], list[str]]:
-    """Static functions for the parts, and the calls of them."""
+    """Static functions for the parts of a model, and the calls of these functions."""
     names = [f"{name}_part{k}" for k in range(1, len(parts) + 1)]
     unused = [f"{INDENT}(void){states};\n"] if states else []
     routines = [
@@ -135,7 +135,7 @@ def _in_parts(name: str, parts: Sequence[PartText], states: str = "") -> tuple[l
 
 
 def _angles(function: CFunction) -> list[str]:
-    """Lines that find the sines and cosines of joint variables, their multiples and sums."""
+    """Lines that compute the sines and cosines of joint variables, their multiples and sums."""
     angles, type_ = function.angle_texts(), function.form.angle
     if not angles:
         return []
@@ -152,7 +152,7 @@ def _declaration(type_: str, name: str, size: str) -> str:
 
 
 def call(name: str, arrays: Sequence[Array], states: str = "") -> str:
-    """The call of a function with the arrays of that which calls it."""
+    """Text of a call that passes on arrays of the calling function by name."""
     return with_arguments(f"{INDENT}{name}", [*([states] if states else []), *(a.name for a in arrays)], ");")
 
 
@@ -175,7 +175,7 @@ def preparing(function: CFunction) -> list[Routine]:
 
 
 def _in_two_steps(function: CFunction) -> str:
-    """The body of the function that recomputes parameter-only values."""
+    """Body of the function that computes parameter-only values, then calls the function that uses them."""
     c = function.c[0]
     return "\n".join(
         [
@@ -189,7 +189,7 @@ def _in_two_steps(function: CFunction) -> str:
 # Repeated blocks of a long model as static functions of C, and the calls of them.
 @dataclass(frozen=True)
 class OutlinedText:
-    """A static function: its name, head, body, names of its arguments, and whether it has the number of states."""
+    """A static function for repeated blocks: name, head, body, pointers by argument, if it needs the state count."""
 
     name: str
     head: str
@@ -199,14 +199,14 @@ class OutlinedText:
 
 
 class COutline:
-    """The functions of an outline and the calls of them, as text."""
+    """The C functions for repeated blocks of an outline, and their calls, as text."""
 
     def __init__(self, function: CFunction, outline: Outline) -> None:
         self.function, self.outline = function, outline
         self.texts = [self._text(k, one) for k, one in enumerate(outline.functions)]
 
     def call(self, call: Call) -> str:
-        """A call, below a comment that names its section."""
+        """Text of a call, below a comment that names its section."""
         text, block = self.texts[call.function], self.outline.functions[call.function].blocks[call.number]
         work = comment(f"{self._work(self._sections(block.first, block.size))}.", INDENT)
         arguments = [self._place(text, pointer, call.number) for pointer in text.pointers.values()]
@@ -214,7 +214,7 @@ class COutline:
         return f"{work}\n{with_arguments(f'{INDENT}{text.name}', arguments, ');')}"
 
     def tables(self) -> Iterator[str]:
-        """Lines that define the numbers of all calls."""
+        """Lines that define tables of the numbers in all calls."""
         for text, outlined in zip(self.texts, self.outline.functions, strict=True):
             numbers = [self.function.literals[name].text for row in outlined.numbers for name in row]
             if numbers:
@@ -230,7 +230,7 @@ class COutline:
         return f"{array} + {apart}" if start else array
 
     def _is_of_states(self, pointer: Pointer) -> bool:
-        """Whether its entries are apart by the number of states."""
+        """Whether the entries of a pointer's array are separated by the number of states."""
         return bool(self.function.form.states) and pointer.array in self.function.entries
 
     def _sections(self, first: int, size: int) -> list[Section]:
@@ -252,7 +252,7 @@ class COutline:
         return OutlinedText(name, with_arguments(f"void {name}", declared), "\n".join(lines), pointers, has_states)
 
     def _by_name(self, pointers: Sequence[Pointer]) -> dict[str, Pointer]:
-        """Pointers by unique names: of the array, or of the first passed variable."""
+        """Pointers by unique names, derived from the array or from the first variable passed."""
         arrays = {array.name for array in self.function.read}
         times = Counter(pointer.array for pointer in pointers)
         named: dict[str, Pointer] = {}
@@ -266,7 +266,7 @@ class COutline:
         return named
 
     def _lines(self, outlined: Outlined, pointers: dict[str, Pointer]) -> list[str]:
-        """Entries read, statements, entries written."""
+        """Lines of a function's body: entries read, statements, entries written."""
         function, first = self.function, outlined.blocks[0]
         *read, (target, written) = pointers.items()
         lines = [line for name, pointer in read for line in self._read(name, pointer)]
@@ -286,7 +286,7 @@ class COutline:
         return writer.unpack({name: entries}, entries, {name: own.get(pointer.array, form.load)})
 
     def _work(self, sections: Sequence[Section]) -> str:
-        """`Forward recursion: velocities, joints 4 to 6 [7], [14]`."""
+        """Description of sections: `Forward recursion: velocities, joints 4 to 6 [7], [14]`."""
         groups = itertools.groupby(sections, lambda section: (section.title, section.equations))
         texts = []
         for (title, equations), group in groups:
@@ -296,7 +296,7 @@ class COutline:
 
 
 def _first(pointer: Pointer, word: str) -> str:
-    """A name after the first entry: `from_w5_x`."""
+    """Name of a pointer after its first entry: `from_w5_x`."""
     if pointer.array == NUMBERS:
         return NUMBERS
     first = min(pointer.entries, key=lambda name: pointer.entries[name])
@@ -310,6 +310,6 @@ def _joints(joints: Sequence[int]) -> str:
 
 
 def _short(title: str) -> str:
-    """A title as part of a name: `forward_velocities`."""
+    """A section's title as part of a function name: `forward_velocities`."""
     words = re.split(r",| and ", title.replace("recursion: ", ""))[0]
     return re.sub(r"\W+", "_", words.lower())[:LONGEST_NAME].strip("_")

@@ -19,7 +19,7 @@ ADDEND = re.compile(r"[-+]0x[0-9a-f]+$")
 
 
 class Kind(Enum):
-    """Effect of an instruction on the flow of control."""
+    """Effect of an instruction on the control flow."""
 
     PLAIN = auto()
     CALL = auto()
@@ -33,7 +33,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Instruction:
-    """An instruction: address, kind, line of the C file, target inside the function, function that is called."""
+    """An instruction: address, kind, line of the C file, jump target in the function, called function."""
 
     address: int
     kind: Kind
@@ -44,7 +44,7 @@ class Instruction:
 
 @dataclass(frozen=True)
 class Code:
-    """A function: its bytes, and its instructions by address."""
+    """Machine code of a function: its size in bytes, and its instructions by address."""
 
     name: str
     size: int
@@ -53,7 +53,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Processor:
-    """Mnemonics of a family of processors, as patterns; `may_return` is a return under a condition."""
+    """Mnemonics of a processor family, as patterns; `may_return` matches a conditional return."""
 
     call: str
     jump: str
@@ -81,7 +81,7 @@ PROCESSORS = {
 
 
 class UnknownProcessor(Exception):
-    """Machine code of an unsupported processor; the message is the format of its files."""
+    """The machine code is of an unsupported processor; the message is its file format."""
 
 
 def functions(listing: str) -> tuple[dict[str, Code], str]:

@@ -74,7 +74,7 @@ def code_report(package: Package, files: Mapping[str, str], precision: Precision
 
 
 def _models(package: Package, precision: Precision) -> dict[str, tuple[str, OperationCount]]:
-    """Models by function, with operations: all, parameter-only ones, and those of a state."""
+    """Models by C function: the model's name, and operations of a call."""
     models = {}
     for function in package.functions:
         name, program = precision.function(package.name, function.name), function.program
@@ -96,17 +96,17 @@ class Cost:
 
 
 class Costs:
-    """The functions of a compiled file."""
+    """Cost analysis of the functions of a compiled file."""
 
     def __init__(self, compiled: Compiled, source: str, package: Package) -> None:
-        """`source` is the text of the C; raises `UnknownProcessor`."""
+        """Read the functions of a file; `source` is its C text; raises `UnknownProcessor`."""
         self.functions, self.format = functions(compiled.listing)
         self._source, self._listing = source, compiled.listing
         self._frames = self._stack_usage(compiled.stack)
         self._angles = {f.name: len(angles_of(f.program)) for f in package.functions}
 
     def of(self, name: str, model: str = "") -> Cost:
-        """The cost of a function; `model` is the one that it computes, where it is one."""
+        """The cost of a function; `model` is the name of the model that it computes, if it computes one."""
         angles = self._angles.get(model, max(self._angles.values(), default=0))
         ways = _Calls(self.functions, loop_bounds(self._source, angles))
         libraries = sorted({library for caller in ways.below(name) for library in ways.outside(caller)})
@@ -120,14 +120,14 @@ class Costs:
 
     @cached_property
     def sections(self) -> dict[str, int]:
-        """Bytes of code and constants, of variables."""
+        """Bytes of code, of constants and of variables."""
         sizes: Counter[str] = Counter()
         for name, size in SECTION.findall(self._listing):
             sizes[name.split(".")[1]] += int(size, 16)
         return {"code": sizes["text"], "constants": sizes["rodata"], "variables": sizes["data"] + sizes["bss"]}
 
     def _stack_usage(self, text: str) -> dict[str, int | None]:
-        """Bytes of stack by function, including its copies; None where they depend on data."""
+        """Bytes of stack by function, its clones included; None where they depend on data."""
         sizes: dict[str, int | None] = {}
         for line in text.splitlines():
             matched = USAGE.fullmatch(line)
@@ -140,7 +140,7 @@ class Costs:
         return sizes
 
     def _deepest(self, ways: _Calls, name: str) -> int | None:
-        """Bytes of stack of a function and its callees, without libraries."""
+        """Bytes of stack of a function and its callees, library functions excluded."""
         own = self._frames.get(name.split(".", maxsplit=1)[0])
         if any(instruction.kind is Kind.UNKNOWN for instruction in self.functions[name].instructions):
             return None
@@ -149,7 +149,7 @@ class Costs:
 
 
 class _Calls:
-    """Ways through functions that call each other."""
+    """Call graph of the functions of a file, with maximum costs along its paths."""
 
     def __init__(self, functions: Mapping[str, Code], bounds: LoopBounds) -> None:
         self.functions, self.bounds = functions, bounds
@@ -157,15 +157,15 @@ class _Calls:
         self._found: dict[tuple[str, str], int] = {}
 
     def inside(self, name: str) -> list[str]:
-        """Functions of the file that a function calls."""
+        """Functions of the file that a function calls directly."""
         return [callee for callee in self._callees(name) if callee in self.functions]
 
     def outside(self, name: str) -> list[str]:
-        """Functions of libraries that a function calls."""
+        """Library functions that a function calls directly."""
         return [callee for callee in self._callees(name) if callee not in self.functions]
 
     def below(self, name: str) -> list[str]:
-        """A function, and all of its file that it calls."""
+        """A function and all functions of its file that it calls, directly or indirectly."""
         reached, stack = {name: None}, [name]
         while stack:
             new = [callee for callee in self.inside(stack.pop()) if callee not in reached]
@@ -174,7 +174,7 @@ class _Calls:
         return [*reached]
 
     def most(self, name: str, library: str = "") -> int:
-        """The most instructions of a call, or calls of a library function in it; raises `Unbounded`."""
+        """Maximum number of instructions of a call, or of calls of a `library` function; raises `Unbounded`."""
         key = name, library
         if key not in self._found:
             if name not in self._flows:
@@ -200,7 +200,7 @@ class Unbounded(Exception):
 
 @dataclass(frozen=True)
 class Flow:
-    """The blocks of a function by the address of their first instruction, and the blocks that may follow each."""
+    """Control flow graph: basic blocks by the address of their first instruction, and successors of each."""
 
     blocks: dict[int, Sequence[Instruction]]
     after: dict[int, tuple[int, ...]]
@@ -208,7 +208,7 @@ class Flow:
 
 
 def flow(code: Code) -> Flow:
-    """Return the blocks of a function; raises `Unbounded` for a computed jump."""
+    """Return the control flow graph of a function; raises `Unbounded` for a computed jump."""
     all_ = code.instructions
     following = {x.address: y.address for x, y in pairwise(all_)}
     starts = {all_[0].address} | {x.target for x in all_ if x.target >= 0}
@@ -223,7 +223,7 @@ def flow(code: Code) -> Flow:
 
 
 def _after(last: Instruction, following: Mapping[int, int]) -> tuple[int, ...]:
-    """The blocks that may follow an instruction that ends one."""
+    """Addresses of the blocks that may follow the last instruction of a block."""
     if last.kind is Kind.UNKNOWN:
         raise Unbounded(str(last.line))
     further = [following[last.address]] if last.address in following else []
@@ -247,7 +247,7 @@ def most(flow: Flow, weight: Weight, bounds: LoopBounds, in_conditions: bool = T
 
 @dataclass(frozen=True)
 class _Ways:
-    """Longest ways in a graph whose nodes have weights, and lines of the C file."""
+    """Longest paths in a control flow graph whose nodes have weights and lines of the C file."""
 
     weights: Mapping[int, int]
     lines: Mapping[int, Collection[int]]
@@ -255,7 +255,7 @@ class _Ways:
     in_conditions: bool
 
     def longest(self, entry: int, after: Edges) -> dict[int, int]:
-        """The largest sums from the entry to the ends of nodes; loops on the path have their maximum counts."""
+        """Largest sum of weights from the entry through each node; loops count with their maximum passes."""
         longest: dict[int, int] = {entry: 0}
         for component in reversed(_components(entry, after)):
             first = max(longest.get(node, 0) for node in component)
@@ -270,7 +270,7 @@ class _Ways:
         return longest
 
     def _loop(self, component: Sequence[int], heads: Collection[int], after: Edges) -> int:
-        """The cost of a loop; raises `Unbounded`."""
+        """Maximum cost of a loop, a strongly connected component; raises `Unbounded`."""
         inside = {node: [to for to in after[node] if to in component] for node in component}
         if len(heads) > 1:
             raise Unbounded(str(min(min(self.lines[node]) for node in component)))
@@ -284,7 +284,7 @@ class _Ways:
         return times * turn + last if self.in_conditions else times * max(turn, last)
 
     def _times(self, component: Sequence[int], inside: Edges, head: int) -> int:
-        """Maximum count of the loop: by its own line, else by the loops around its lines in the text."""
+        """Maximum number of passes of a loop: by its own line, else by the loops around its lines in the text."""
         cut = {node: [to for to in targets if to != head] for node, targets in inside.items()}
         parts = [part for part in _components(head, cut) if len(part) > 1 or part[0] in cut[part[0]]]
         within = {node for part in parts for node in part}
@@ -340,7 +340,7 @@ def _components(entry: int, after: Edges) -> list[list[int]]:
 
 @dataclass(frozen=True)
 class LoopBounds:
-    """The most passes of loops: by the line of a loop, and of the one around a line that has most; lines from 1."""
+    """Maximum passes of loops: by the line of a loop, and for each line the most of the loops around it; from 1."""
 
     of: Mapping[int, int]
     around: Mapping[int, int] = field(default_factory=dict)
@@ -368,7 +368,7 @@ def loop_bounds(source: str, angles: int) -> LoopBounds:
 
 
 def _passes(line: str, known: dict[str, int]) -> int | None:
-    """The count of the loop that begins in a line, which then bounds its variable in `known`."""
+    """Maximum passes of the loop that begins in a line, which is stored in `known` for its variable."""
     if WHILE.match(line):
         return known["count"]
     match = FOR.match(line) or DOWN.match(line)
@@ -379,7 +379,7 @@ def _passes(line: str, known: dict[str, int]) -> int | None:
 
 
 def _product(text: str, known: Mapping[str, int]) -> int | None:
-    """The value of `2U*9U`, or of a variable that is bounded by a known one."""
+    """The value of a product such as `2U*9U`, whose factors may be variables in `known`; None if unknown."""
     value = 1
     for factor in text.split("*"):
         digits = factor.strip().removesuffix("U")

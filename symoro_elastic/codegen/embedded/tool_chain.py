@@ -32,7 +32,7 @@ OBJDUMP = ("-d", "-r", "-l", "-h", "-t", "--no-show-raw-insn")
 
 @dataclass(frozen=True)
 class ToolChain:
-    """A compiler with its options, as a command that compiles one file: all that its code depends on."""
+    """A compiler with its options, as a command that compiles one file."""
 
     compiler: tuple[str, ...]
     flags: tuple[str, ...]
@@ -79,7 +79,7 @@ def compile_file(files: Mapping[str, str], source: str, tools: ToolChain) -> Com
 
 
 def _listing(made: Path, tools: ToolChain) -> str:
-    """The output of objdump for an object file; the compiler's own objdump, else that of this computer."""
+    """The output of objdump for an object file; the compiler's objdump if it has one, else that of the system."""
     answer = run_program([*tools.compiler, "-print-prog-name=objdump"])
     program = answer.stdout.strip() or "objdump"
     if shutil.which(program) is None:

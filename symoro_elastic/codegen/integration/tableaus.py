@@ -53,7 +53,7 @@ class Tableau:
 
     @cached_property
     def stages(self) -> tuple[tuple[float, tuple[float, ...]], ...]:
-        """c_i and the row i of A, in double precision."""
+        """For each stage, the node c_i and row i of A, in double precision."""
         return tuple((float(c), tuple(map(float, row))) for c, row in zip(self.c, self.A, strict=True))
 
     @cached_property
@@ -63,7 +63,7 @@ class Tableau:
 
 
 def row(text: str) -> Coefficients:
-    """Return the coefficients of a text, exactly as printed."""
+    """Return the coefficients in a text, as exact fractions."""
     return tuple(map(Fraction, text.split()))
 
 
@@ -89,7 +89,7 @@ Rate: TypeAlias = "Callable[[float, Array], Array]"
 
 # Steps of explicit Runge-Kutta methods.
 def step(tableau: Tableau, rate: Rate, t: float, y: Array, h: float) -> Array:
-    """Return y at t + h of y' = f(t, y), where `rate` is f and y an array of any shape.
+    """Return y at t + h by one step for y' = f(t, y), where `rate` is f and y an array of any shape.
 
     k_i = f(t + c_i h, y + h sum_j a_ij k_j),    y(t + h) = y + h sum_i b_i k_i
     """
@@ -232,14 +232,14 @@ METHODS: dict[str, Method] = {method.name: method for method in (W3, W2, RK4, RO
 
 
 def times_of(method: Method) -> Coefficients:
-    """Return the times of the stages, in steps."""
+    """Return the nodes c of the stages, as fractions of a step."""
     if isinstance(method, Rosenbrock):
         return method.alpha
     return (Fraction(1, 2),) if isinstance(method, Midpoint) else method.c
 
 
 def nodes_of(method: Method, driven: bool = False) -> Coefficients:
-    """Return the times, in steps, of the inputs of motors: at stages, and at the end where they are `driven`."""
+    """Return the nodes, as fractions of a step, with motor inputs: stages, and the end if motors are `driven`."""
     return tuple(dict.fromkeys((*times_of(method), *([Fraction(1)] if driven else []))))
 
 

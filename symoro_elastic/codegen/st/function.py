@@ -28,10 +28,10 @@ ST = Dialect("", ";", lambda text: f"(* {in_comment(text)} *)", c_continued, {})
 
 
 class StForm:
-    """Format of numbers in a file, and its names of blocks, functions, array types."""
+    """Number format of a Structured Text file, and its names of blocks, functions and array types."""
 
     def __init__(self, package: Package, type_: str, suffix: str) -> None:
-        """`type_` is LREAL or REAL; all names of the file end in `suffix`."""
+        """Prepare the names; `type_` is LREAL or REAL; all names of the file end in `suffix`."""
         self.package, self.type, self.suffix = package, type_, suffix
         self.names = StNames()
         self.types: dict[int, str] = {}
@@ -44,7 +44,7 @@ class StForm:
         self.called: set[str] = set()
 
     def name(self, what: str) -> str:
-        """Return the name of a block, a function or a type of the machine."""
+        """Return the full name of a block, a function or a type of the machine."""
         return self.names.give(f"{self.package.name}_{what}{self.suffix}")
 
     def array(self, length: int) -> str:
@@ -62,7 +62,7 @@ class StForm:
 
 @dataclass(frozen=True)
 class StArray:
-    """An array of a block: name, type, length, and its meaning, with the name that it has elsewhere."""
+    """An array of a block: name, type, length, and its meaning, including its name in other targets."""
 
     name: str
     type: str
@@ -71,7 +71,7 @@ class StArray:
 
     @property
     def declaration(self) -> list[str]:
-        """Lines that declare it, with its meaning after it or, where that is long, above."""
+        """Lines that declare the array, with its meaning as a comment after it or, if long, above it."""
         line = f"{INDENT * 2}{self.name} : {self.type};"
         if not self.meaning:
             return [line]
@@ -95,28 +95,28 @@ class StBlock:
 
 
 class StPrinter(Printer):
-    """Numbers with a point, functions in capitals."""
+    """Prints expressions as Structured Text: numbers with a decimal point, functions in capitals."""
 
     def __init__(self, function: Function, form: StForm) -> None:
         super().__init__(function.program, functions={SIN: "SIN", COS: "COS", SQRT: "SQRT", **form.functions})
         self.form = form
 
     def literal(self, value: float) -> Text:
-        """A number of the file."""
+        """Literal of a number in the type of the file."""
         plain = super().literal(value)
         return Text(plain.negative, self.form.number(abs(value)), ATOM)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
-        """An operation as a call of a function."""
+        """Text of an operation as a function call."""
         self.form.called.add(operation)
         return super().call(operation, flipped, texts)
 
 
 class StWriter(Writer):
-    """Statements of Structured Text."""
+    """Writer of statements in Structured Text."""
 
     def statements(self, statements: Sequence[Statement]) -> list[str]:
-        """Assignments below the headings of their sections, on lines that hold few operators."""
+        """Lines of assignments below the headings of their sections, with few operators per line."""
         lines: list[str] = []
         for section, group in by_section(statements):
             lines += ["", *comment(self.heading(section), INDENT)]
@@ -126,10 +126,10 @@ class StWriter(Writer):
 
 
 class StFunction:
-    """A model as function blocks."""
+    """A model as function blocks of Structured Text."""
 
     def __init__(self, form: StForm, function: Function, longest: int = LONGEST_BLOCK) -> None:
-        """`longest` is the most statements of a block."""
+        """Prepare the blocks; `longest` is the maximum number of statements in a block."""
         self.form, self.package, self.longest = form, form.package, longest
         self.name, self.about = form.name(function.name), function_context(function)
         self.names = StNames((PREPARED, WORK, AT_REST), self.package.name)
@@ -170,7 +170,7 @@ class StFunction:
         return StArray(name, self.form.array(length), length, in_comment(meaning))
 
     def _with_names(self, function: Function) -> Function:
-        """The function with names that can be had for its variables."""
+        """The function with valid Structured Text names for its variables."""
         program = function.program
         symbols = [*(p.symbol for p in self.parameters.values()), *(s for x in program.inputs for s in x.symbols)]
         changed = {name: self.names.give(name) for name in symbols if self.names.give(name) != name}
@@ -186,7 +186,7 @@ class StFunction:
 
     @property
     def missing(self) -> list[str]:
-        """Names of the parameters without a value: inputs of the block."""
+        """Names of the parameters without a value, which are inputs of the block."""
         return [name for name, p in self.parameters.items() if math.isnan(p.value)]
 
     def _once(self) -> list[str]:
@@ -228,7 +228,7 @@ class StFunction:
         return lines
 
     def _block(self, body: Iterable[str], names: Sequence[str], more: Sequence[str] = ()) -> StBlock:
-        """The public block, with variables `names` and `more` declarations."""
+        """The public block with statements `body`, variables `names` and `more` declarations."""
         once, missing = [s.name for s in self.program.once], self.missing
         variables = [*more, *self._state_lines, *declaration_of([*once, *names], self.form.type)]
         variables += [f"{INDENT * 2}{PREPARED} : BOOL := FALSE;"] if once and not missing else []
@@ -251,7 +251,7 @@ class StFunction:
         yield from (a for a in self.arguments if a.length and a not in self.kept.values())
 
     def _about(self) -> tuple[str, ...]:
-        """Title, equations, operations, and remarks on arguments and results."""
+        """Lines about the block: title, equations, operations, and remarks on arguments and results."""
         sentences: list[str] = []
         for line in self.about["documented"]:
             if ": " in line:
@@ -268,7 +268,7 @@ class StFunction:
     def _in_parts(
         self, parts: Sequence[Part], slots: int, entries: dict[str, str], results: Sequence[str]
     ) -> list[StBlock]:
-        """Blocks for the parts, and the calling block; arguments and parameters follow passed variables in an array."""
+        """Blocks for the parts and the block that calls them; arguments and parameters share the work array."""
         inputs = [*entries, *self.parameters, *(s.name for s in self.program.once)]
         used = frozenset().union(*(part.uses for part in parts))
         places = {name: slots + k for k, name in enumerate(x for x in inputs if x in used)}
@@ -286,7 +286,7 @@ class StFunction:
         return [*blocks, self._block([*self._start_lines(), *self._once(), *body, *calls, *copied], [], own)]
 
     def _part(self, number: int, part: Part, places: dict[str, int], work: StArray, results: Sequence[str]) -> StBlock:
-        """A part, which reads its inputs from the array and writes variables for other parts there."""
+        """Block of a part, which reads its inputs from the work array and writes variables for other parts there."""
         read = {**part.live_in, **{name: k for name, k in places.items() if name in part.uses}}
         statements = [step.statement for step in part.steps]
         lines = [self._copy(name, f"{WORK}[{k}]") for name, k in read.items()]

@@ -64,7 +64,7 @@ def statement(head: str, right: str) -> list[str]:
 
 
 def _pieces(text: str, room: int, later: int) -> Iterator[str]:
-    """A text in pieces; `room` is the length of the first, `later` that of the others."""
+    """Pieces of a text that fit into lines; `room` is the length of the first line, `later` of the others."""
     breaks = _breaks(text)
     start = 0
     while True:
@@ -140,13 +140,13 @@ class StNames:
     """Allocates names that differ not only in case, are not reserved and not too long."""
 
     def __init__(self, taken: Iterable[str] = (), around: str = "") -> None:
-        """`taken` are used names; names that begin with `around` are reserved for the enclosing scope."""
+        """Prepare the names; `taken` are used, names that begin with `around` belong to the enclosing scope."""
         self.given: dict[str, str] = {}
         self._taken = {*RESERVED, *(name.upper() for name in taken)}
         self._around = f"{around}_"[:SHORTEST_START].upper() if around else ""
 
     def give(self, name: str) -> str:
-        """Return the name for a quantity: its own if available."""
+        """Return the Structured Text name of a quantity: its own name if available."""
         if name not in self.given:
             self.given[name] = self._free(name)
             self._taken.add(self.given[name].upper())
@@ -154,7 +154,7 @@ class StNames:
 
     @property
     def changed(self) -> dict[str, str]:
-        """The names that are others than wanted."""
+        """The names that differ from the requested ones, by requested name."""
         return {name: given for name, given in self.given.items() if name != given}
 
     def _free(self, name: str) -> str:

@@ -53,7 +53,7 @@ def step_blocks(form: StForm, functions: Mapping[str, StFunction], source: str) 
 
 
 def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> None:
-    """Raise `InputError` for a method or a machine whose time steps are not written."""
+    """Raise `InputError` for a method or a machine whose time steps are not supported."""
     exact = [method.name for method in methods if method.kind not in KINDS]
     if exact:
         written = ", ".join(name for name, method in METHODS.items() if not isinstance(method, Rosenbrock))
@@ -66,7 +66,7 @@ def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> Non
 
 
 def _why_not(package: Package) -> str:
-    """Feature of a machine that the time steps do not support; empty where they are written."""
+    """Feature of a machine that the time steps do not support; empty for a supported machine."""
     if package.base:
         return "on a floating base"
     if loads_of(package):
@@ -87,7 +87,7 @@ class StStep:
     def __init__(
         self, form: StForm, functions: Mapping[str, StFunction], method: MethodText, variant: Variant, with_error: bool
     ) -> None:
-        """`functions` are the models of the file, by name."""
+        """Prepare the step; `functions` are the models of the file, by name."""
         self.form, self.package, self.functions = form, form.package, functions
         self.method, self.variant, self.with_error = method, variant, with_error
         self.n, self.nodes = len(self.package.axes), len(method.nodes_of(variant))
@@ -99,7 +99,7 @@ class StStep:
         self.missing: dict[str, ParameterValue] = {}
 
     def block(self) -> StBlock:
-        """Return the block."""
+        """Return the function block of the step."""
         rows = [self._array(name, self.nodes * size, MEANINGS[name]) for name, size in self.rows.items()]
         gains = [self._array(name, len(self.package.motor_names), MEANINGS[name]) for name in self.variant.of_step]
         state = (self._array("q", self.n, "joint variables"), self._array("qd", self.n, "joint velocities"))
@@ -138,43 +138,43 @@ class StStep:
     # What the template is written with
 
     def local(self, name: str, length: int = 0) -> str:
-        """Return the name of an array of the block, as long as q by default."""
+        """Declare a local array of the block, as long as q by default, and return its name."""
         self.arrays.setdefault(name, length or self.n)
         return name
 
     def sum(self, terms: Terms, array: str) -> str:
-        """Return the sum of coefficients times the entries i of the stages."""
+        """Return the text of the sum of coefficients times the entries i of the stages."""
         own = tuple((self.form.number(float(x)), stage) for x, stage in terms)
         for _, stage in terms:
             self.local(f"{array}{stage}")
         return sum_of(own, array).replace("[i]", "<i>").replace("[", "").replace("]", "").replace("<i>", f"[{COUNTER}]")
 
     def each(self, indent: str = INDENT) -> str:
-        """Return the head of a loop over the state; loops with a single pass are written out, as matiec skips them."""
+        """Return the head of a loop over q; a loop with one pass is unrolled, as matiec skips it."""
         return f"{indent}FOR {COUNTER} := 0 TO {self.n - 1} DO" if self.n > 1 else f"{indent}{COUNTER} := 0;"
 
     def end(self, indent: str = INDENT) -> str:
-        """Return the end of a loop over the state."""
+        """Return the end of a loop over q."""
         return f"{indent}END_FOR;" if self.n > 1 else NOTHING
 
     def advance(self, to: str, start: str, terms: Terms, array: str) -> str:
-        """Return the assignment of a part of a state, h times a sum after that at the start."""
+        """Return the assignment `to` = `start` + h times a sum over stages."""
         change = f" + h*({self.sum(terms, array)})" if terms else ""
         return self.assign(f"{to}[{COUNTER}]", f"{start}[{COUNTER}]{change}")
 
     def errors(self) -> str:
-        """Return the assignments of the difference from the embedded method."""
+        """Return the assignments of the error estimate, the difference from the embedded method."""
         terms = self.method.error
         of_q = self.assign(f"error[{COUNTER}]", f"h*({self.sum(terms, 'k_q')})")
         of_v = f"h*({self.sum(terms, 'k_v')})"
         return f"{of_q}\n{self.assign(f'error[{self.n} + {COUNTER}]', of_v)}"
 
     def assign(self, to: str, value: str, depth: int = 2) -> str:
-        """Return an assignment."""
+        """Return the lines of an assignment."""
         return "\n".join(statement(f"{INDENT * depth}{to} := ", value))
 
     def row(self, name: str, node: int, depth: int) -> tuple[list[str], str]:
-        """Return lines that copy the row of a node, and the array that holds it then."""
+        """Return lines that copy an input's row of a node, and the name of the array with the row."""
         size = self.rows[name]
         if self.nodes == 1:
             return [], self.names.give(name)
@@ -183,7 +183,7 @@ class StStep:
         return [f"{INDENT * depth}{row}[{k}] := {array}[{node * size + k}];" for k in range(size)], row
 
     def rate(self, node: int, qdd: str, depth: int = 1) -> str:
-        """Return the lines that find the accelerations of the stage at a node, at `q_s`, `v_s`."""
+        """Return the lines that compute the accelerations of a stage at `q_s`, `v_s` with the inputs of a node."""
         lines: list[str] = []
         rows: dict[str, str] = {}
         for name in self.rows:
@@ -211,7 +211,7 @@ class StStep:
         return self.names.give(name)
 
     def on_prescribed_motion(self, rows: Mapping[str, str], q: str, qd: str, depth: int = 1) -> list[str]:
-        """Return the lines that put motors where they are prescribed to be."""
+        """Return the lines that set positions and velocities of motors to their prescribed values."""
         pairs = [(k, j) for k, j in enumerate(self.package.motors)]
         indent = INDENT * depth
         return [
@@ -221,7 +221,7 @@ class StStep:
         ]
 
     def last_motion(self) -> str:
-        """Return the lines that put motors at the end of the step where they are prescribed to be."""
+        """Return the lines that set motors to their prescribed states at the end of the step."""
         lines: list[str] = []
         rows: dict[str, str] = {}
         for name in ("y", "yd"):
@@ -230,14 +230,14 @@ class StStep:
         return "\n".join([*lines, *self.on_prescribed_motion(rows, "q", "qd")])
 
     def factors(self) -> str:
-        """Return the call that factors the system of an implicit step, for `g`."""
+        """Return the call that factorizes the linear system of an implicit step for `g`."""
         name = f"implicit_factors{self.variant.suffix}"
         size = self.functions[name].results[0].length
         inputs = ["q", "qd", self.local("g", 1), *map(self._gain, self.variant.of_step)]
         return "\n".join(self.call(name, inputs, [self.local("factors", size)], 1))
 
     def solve(self, z_q: str, z_v: str, depth: int = 1) -> str:
-        """Return the call that solves it, for the right side `v_s`, `qdd`."""
+        """Return the call that solves the linear system of an implicit step for `v_s`, `qdd`."""
         inputs = ["factors", "v_s", self.local("qdd")]
         results = [self.local(z_q), self.local(z_v)]
         return "\n".join(self.call(f"implicit_solve{self.variant.suffix}", inputs, results, depth))

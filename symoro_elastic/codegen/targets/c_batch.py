@@ -40,7 +40,7 @@ OWN = words(
 
 @dataclass(frozen=True)
 class BatchFunction:
-    """A model: heads and bodies of its public functions, and of functions for a state, on vectors, and on rows.
+    """A model for batches: heads and bodies of public functions, and functions for a state, vectors and rows.
 
     `of_range` is the head of the function for some of the states, by which the others are computed.
     """
@@ -64,7 +64,7 @@ class BatchFunction:
 
 @dataclass(frozen=True)
 class BatchText:
-    """Template data; `called` are the functions that statements call, by operation and name."""
+    """Template data of a batch file; `called` are the functions that statements call, by operation and name."""
 
     name: str
     macro: str
@@ -80,7 +80,7 @@ class BatchText:
 
 
 def vector_form(package: Package, precision: Precision) -> Form:
-    """The form of numbers of many states in C, in vectors; without vectors that of a single state."""
+    """Form of the numbers of C functions for many states, in vectors; without vectors that of a single state."""
     form = scalar_form(package, precision)
     if precision.is_pair:
         return form
@@ -103,7 +103,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
 
 
 def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
-    """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`."""
+    """Return `<name>_batch.h` and `<name>_batch.c`, with the files of the target `c`."""
     plain, package = in_words_of_c(package), with_local_names(with_own_results(package), OWN | C_WORDS)
     one_by_one = functions_of(plain, precision)
     form, name = vector_form(package, precision), package.name + precision.suffix
@@ -160,20 +160,20 @@ def _of_range(function: CFunction) -> str:
 
 
 def _range_call(function: CFunction, indent: str, start: str, end: str) -> str:
-    """The call for the states from one to another."""
+    """Call of the function for a range of states, from `start` to `end`."""
     arguments = ["states", start, end, *(a.name for a in function.arrays)]
     return with_arguments(f"{indent}{_of_range(function)}", arguments, ");")
 
 
 def _moved_call(function: CFunction, name: str) -> str:
-    """A call with the arrays from the state `first` on."""
+    """Call of a function with all arrays advanced to the state `first`."""
     of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
     arguments = [f"{a.name} + first" if a.name in of_states else a.name for a in function.arrays]
     return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
 
 
 def _on_rows(function: CFunction, rows: Rows) -> Routine:
-    """The function that completes a result of `count` states by the entries that vectors leave to rows."""
+    """The C function that fills the entries of a result that vectors leave out, for `count` states."""
     array = next(a for a in function.results if a.name == rows.result)
     head = with_arguments(f"void {_of_rows(function, rows)}", ["size_t states", "size_t count", array.pointer()])
     return Routine(head, "\n".join(rows.lines(array.type)))
@@ -189,7 +189,7 @@ def _of_rows(function: CFunction, rows: Rows) -> str:
 
 
 def _one(function: CFunction) -> Routine:
-    """The function that computes one of the states, by the function for one state."""
+    """The C function that computes one state of a batch by the function for single states."""
     prepared = f"{function.name}_prepared" if function.c else function.name
     lines, arguments = [], []
     for array in function.arrays:
@@ -206,7 +206,7 @@ def _one(function: CFunction) -> Routine:
 
 
 def _copies(array: Array) -> list[str]:
-    """Lines that copy the entries of a state from or to a batch."""
+    """Lines that copy the entries of a state between a batch and an array of one state."""
     if not array.entries:
         return []
     single, batch = f"{array.name}_one[k]", f"{array.name}[k*states]"
@@ -216,7 +216,7 @@ def _copies(array: Array) -> list[str]:
 
 
 def _stack(function: CFunction) -> str:
-    """Work arrays of a batch in kB, where they are large."""
+    """Note on the size of the work arrays of a batch in kB; empty if they are small."""
     sizes = {"double": 8, "float": 4}
     single = sum(a.entries for a in (*function.inputs, *function.results)) * sizes[function.precision.state]
     size = max(function.stack() * function.precision.widest, single + function.stack())

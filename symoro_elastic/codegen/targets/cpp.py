@@ -67,7 +67,7 @@ VARIANT = re.compile(r"([fl]|f\d+x?|64)?(_[rl])?$")
 
 @dataclass(frozen=True)
 class _AnyPrecision(Precision):
-    """A precision of any type: statements and arrays are of type `Scalar`."""
+    """A precision for C++ templates: statements and arrays have the type `Scalar`."""
 
     @property
     def suffix(self) -> str:
@@ -101,7 +101,7 @@ FORM = Form(
 
 
 class _CppFunction(CFunction):
-    """A model as C++: parameter-only values may have another type than the state."""
+    """A model as a C++ template: parameter-only values may have another type than the state."""
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> dict[str, str]:  # type: ignore[override]
         return self.once_writer.unpack_lines(groups, used, dict.fromkeys(groups, self.form.load_parameter))
@@ -115,14 +115,14 @@ class _CppFunction(CFunction):
 
 
 class _Variables(Variables):
-    """Variables that are handed on as numbers, from which compilers infer their type."""
+    """Variables in lanes that are spilled number by number, so that compilers can infer their type."""
 
     def _in_slot(self, name: str, slot: str) -> list[str]:
         return [f"{SPILL}[{self.width * int(slot) + k}]" for k in range(self.width_of(name))]
 
 
 class _CppLanes(_CppFunction, LanesFunction):
-    """A model as C++, congruent limbs in lanes."""
+    """A model as a C++ template, congruent limbs in lanes of vectors."""
 
     variables = _Variables
 
@@ -133,7 +133,7 @@ class _CppLanes(_CppFunction, LanesFunction):
 
 @dataclass(frozen=True)
 class ModelText:
-    """A model: its comment, its templates in order of definition, how many numbers depend on parameters only."""
+    """A model: its comment, its templates in order of definition, and the number of parameter-only values."""
 
     name: str
     title: str
@@ -146,7 +146,7 @@ class ModelText:
 
 @dataclass(frozen=True)
 class HeaderText:
-    """Template data of the header; `called` are the functions that statements need."""
+    """Template data of the C++ header; `called` are the functions that statements need."""
 
     package: Package
     namespace: str
@@ -218,7 +218,7 @@ def _model(function: FunctionText, text: CppText) -> ModelText:
 
 # C made C++: types become arguments of templates, the word that begins all names of a machine's C a namespace.
 def decimal(text: str) -> str:
-    """Return C without hexadecimal numbers, which need C++17; the decimal digits are the same numbers."""
+    """Return C code with hexadecimal numbers, which need C++17, replaced by equal decimal numbers."""
     return HEX.sub(lambda found: repr(float.fromhex(found[0])), text)
 
 
@@ -228,10 +228,10 @@ def constant(name: str) -> str:
 
 
 class CppText:
-    """Functions of a machine's C as templates of C++: `arm_direct_dynamics` is `arm::direct_dynamics`."""
+    """Converter of a machine's C functions to C++ templates: `arm_direct_dynamics` is `arm::direct_dynamics`."""
 
     def __init__(self, name: str, namespace: str, called: Collection[str], empty: Collection[str]) -> None:
-        """`called` are functions of the scalar type that bodies may call, `empty` arrays without entries.
+        """Prepare; `called` are functions of the scalar type that bodies may call, `empty` arrays without entries.
 
         Other functions are called with their namespace, so that functions of the type's namespace are not selected.
         """
@@ -255,7 +255,7 @@ class CppText:
         return re.sub(r"(?<!:)\bsize_t\b", "std::size_t", code)
 
     def _piece(self, piece: str, comments: Mapping[str, str]) -> str:
-        """A function after comments and arrays."""
+        """A C definition as a C++ template, after its comment and its arrays."""
         start = piece.rfind("\n", 0, piece.index("void ")) + 1
         before = _in_code(piece[:start], self.without_machine_name).replace("static const ", "constexpr ")
         head, _, body = piece[start:].partition("\n{\n")
@@ -282,20 +282,20 @@ class CppText:
 
     @staticmethod
     def _types_of_lanes(body: str) -> Iterator[str]:
-        """Names of the types of vectors in a body."""
+        """Names of the vector types used in a body."""
         for width in sorted({*LANES.findall(body)}):
             name = TYPE.format(width)
             yield f"{INDENT}typedef typename detail::Lanes<{SCALAR}, {width}>::type {name};\n"
 
     def _declared_use(self, body: str) -> Iterator[str]:
-        """Using-declarations of functions of the standard library, for types without own ones."""
+        """Using-declarations of standard functions in a body, for scalar types without their own."""
         for function in self.called:
             if re.search(rf"\b{function}\(", body):
                 yield f"{INDENT}using {'detail' if function in OWN_FUNCTIONS else 'std'}::{function};\n"
 
 
 def _in_code(text: str, change: Callable[[str], str]) -> str:
-    """A text with changes everywhere but in its comments."""
+    """A text with a change applied everywhere but in its comments."""
     return "".join(part if part.startswith("/*") else change(part) for part in COMMENT.split(text))
 
 

@@ -45,7 +45,7 @@ OWN = words(
 
 @dataclass(frozen=True)
 class Kernel:
-    """A kernel: its name, its head, the head of its launcher, the arguments to pass on."""
+    """A CUDA kernel: its name, its head, the head of its launcher, and the arguments passed on."""
 
     name: str
     head: str
@@ -55,7 +55,7 @@ class Kernel:
 
 @dataclass(frozen=True)
 class DeviceFunction:
-    """A model: its comment, the functions of device code, and its kernel; None where it has no state.
+    """A model in CUDA: its comment, its device functions, and its kernel; None for a model without state.
 
     `shares`: parameter-only values fit into the shared memory of a block. `first` is the kernel
     that computes them once for all blocks, `after` the kernel with these as argument; None without such values.
@@ -79,7 +79,7 @@ class DeviceFunction:
 
 @dataclass(frozen=True)
 class StepKernel:
-    """A time step in a kernel: arrays read once, arrays with rows by step, those of the state, the error."""
+    """A time step as a kernel: arrays read once, arrays with a row per step, arrays of the state, the error."""
 
     step: StepText
     kernel: Kernel
@@ -92,7 +92,7 @@ class StepKernel:
 
 @dataclass(frozen=True)
 class CudaText(PackageText):
-    """Template data; `called` are the functions that statements need."""
+    """Template data of a CUDA file; `called` are the functions that statements need."""
 
     functions: tuple[DeviceFunction, ...]
     called: frozenset[str]
@@ -104,7 +104,7 @@ class CudaText(PackageText):
 
 
 def strided_form(package: Package, precision: Precision) -> Form:
-    """The form of numbers of a single one of many states in device code: entry k of an array is at `k*states`."""
+    """Form of numbers in device code, where entry k of an array of one among many states is at `k*states`."""
     form, name = scalar_form(package, precision), package.name + precision.suffix
 
     def with_stride(text: str) -> str:
@@ -171,12 +171,12 @@ def _fits(constants: int, precision: Precision) -> bool:
 
 
 def _of_one_state(function: CFunction) -> str:
-    """The call of the function of many states with arrays of a single state."""
+    """Call of the function for strided arrays with the arrays of a single state."""
     return with_arguments(f"{INDENT}{function.name}_strided", ["1", *(a.name for a in function.arrays)], ");")
 
 
 def _body(function: CFunction) -> str:
-    """The body of the function of a state, which recomputes parameter-only values."""
+    """Body of the device function for one state, which recomputes parameter-only values."""
     if not function.c:
         return _of_one_state(function)
     c = function.c[0]
@@ -185,14 +185,14 @@ def _body(function: CFunction) -> str:
 
 
 def _state_call(function: CFunction, name: str) -> str:
-    """The call with the arrays from the state `s` on."""
+    """Call of a function with all arrays advanced to the state `s`."""
     of_states = {a.name for a in (*function.inputs, *function.results) if a.entries}
     arguments = [f"{a.name} + s" if a.name in of_states else a.name for a in function.arrays]
     return with_arguments(f"{INDENT * 2}{name}", ["states", *arguments], ");")
 
 
 def _kernel(name: str, sizes: Sequence[str], arrays: Sequence[Array | str]) -> Kernel:
-    """The kernel that computes a function; numbers among its arrays are text."""
+    """The kernel that computes a function; `arrays` given as text are numbers."""
     plain = [*sizes, *(a if isinstance(a, str) else a.pointer() for a in arrays)]
     restricted = [*sizes, *(a if isinstance(a, str) else a.pointer().replace("*", "*__restrict__ ") for a in arrays)]
     names = [text.replace("*", " ").split()[-1] for text in plain]

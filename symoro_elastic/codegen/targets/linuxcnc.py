@@ -93,7 +93,7 @@ def unit_of(axis: Axis) -> float:
 
 
 def _feed_forward(package: Package, function: Function, source: str) -> str:
-    """The component of the torques."""
+    """HAL component that computes the feed-forward torques."""
     _refuse_missing(package, [function], source)
     model = HalFunction(package, function)
     pins = [_pins(package, a.name, a.size, a.meaning) for a in function.arguments if a.size]
@@ -121,7 +121,7 @@ def _feed_forward(package: Package, function: Function, source: str) -> str:
 
 
 def _controllers(package: Package, function: Function, start: Function, source: str) -> str:
-    """The component of the sampled controllers with their states."""
+    """HAL component of the sampled controllers with their states."""
     _refuse_missing(package, [function, start], source)
     models = [HalFunction(package, model) for model in (function, start)]
     pins = [_pins(package, a.name, a.size, a.meaning) for a in function.arguments if a.name != "zc"]
@@ -166,7 +166,7 @@ def _pins(package: Package, name: str, size: int, meaning: str) -> Pins:
 
 
 def _description(package: Package, about: Sequence[str]) -> list[str]:
-    """Lines of the description of the file."""
+    """Lines of the description of a component."""
     lines = [line for text in (*sentences(package, DOUBLE), *about) for line in textwrap.wrap(text, LINE)]
     return [in_comment(line).replace("\\", "/").replace('"', "'") for line in lines]
 
@@ -175,7 +175,7 @@ def _description(package: Package, about: Sequence[str]) -> list[str]:
 
 
 def _kinematics(package: Package, forward: Function, inverse: Function, source: str) -> str:
-    """The component of the kinematics."""
+    """HAL component of the kinematics."""
     _refuse_kinematics(package, forward, inverse, source)
     solutions, joints = inverse.results[0].shape
     models = [HalFunction(package, function, static=True) for function in (forward, inverse)]
@@ -213,7 +213,7 @@ def _about_kinematics(package: Package, placed: str) -> list[str]:
 
 
 def _refuse_kinematics(package: Package, forward: Function, inverse: Function, source: str) -> None:
-    """Raise `InputError` for models that do not place a frame that all joints move."""
+    """Raise `InputError` unless the models give the pose of a frame that all joints move."""
     _refuse_missing(package, [forward, inverse], source)
     place = f"--target linuxcnc, {inverse.name}"
     if inverse.placed not in forward.results[0].rows:

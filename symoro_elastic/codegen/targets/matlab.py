@@ -66,7 +66,7 @@ def _function(function: MatlabFunction, package: Package) -> dict[str, Any]:
 
 
 def _help(array: MatlabArray, widths: Sequence[int]) -> list[str]:
-    """Lines about an array: name, size and meaning in three columns."""
+    """Help lines about an array: name, size and meaning in three columns."""
     name, size = widths
     head = f"{array.name:{name}}  {array.sizes:{size}}  "
     return textwrap.wrap(array.meaning, LINE + 10, initial_indent=head, subsequent_indent=" " * len(head))
@@ -131,27 +131,27 @@ def _mex(package: Package) -> dict[str, Any]:
 
 
 def number(value: float) -> str:
-    """Source of a number."""
+    """MATLAB source of a number."""
     return "NaN" if math.isnan(value) else repr(value)
 
 
 def cells(names: Sequence[str]) -> str:
-    """Source of a row of texts."""
+    """MATLAB source of a row of texts."""
     return _in_lines("{", ["'" + name.replace("'", "''") + "'" for name in names], "}", ", ")
 
 
 def column(values: Sequence[float]) -> str:
-    """Source of a column of numbers."""
+    """MATLAB source of a column of numbers."""
     return _in_lines("[", [number(value) for value in values], "]", "; ") if values else "zeros(0, 1)"
 
 
 def indices(values: Sequence[int]) -> str:
-    """Source of a row of indices, which MATLAB counts from 1."""
+    """MATLAB source of a row of indices, counted from 1."""
     return _in_lines("[", [str(value + 1) for value in values], "]", " ")
 
 
 def _in_lines(opening: str, items: Sequence[str], closing: str, between: str) -> str:
-    """Items in brackets, on lines of their own where they are many."""
+    """Items in brackets, each on its own line if they do not fit on one."""
     line = opening + between.join(items) + closing
     if len(line) <= LINE - 20:
         return line
@@ -165,7 +165,7 @@ def _in_lines(opening: str, items: Sequence[str], closing: str, between: str) ->
 
 
 def mex_function(package: Package, called: CalledFunction) -> dict[str, Any]:
-    """Return the context of a function in C: its arrays as MATLAB has them, and the lines that call it with x and y."""
+    """Return the template context of a MEX function: its arrays in MATLAB, and the lines that call it."""
     model = next((f for f in package.functions if f.name == called.name), None)
     if model:
         inputs, results = [*map(of_argument, model.arguments), parameters_of(package)], [*map(of_result, model.results)]
@@ -176,12 +176,12 @@ def mex_function(package: Package, called: CalledFunction) -> dict[str, Any]:
 
 
 def parameters_of(package: Package) -> MatlabArray:
-    """Return the last input of every function."""
+    """Return the MATLAB array of the parameters p, the last input of every function."""
     return MatlabArray("p", "parameters", len(package.parameters))
 
 
 def initializer(array: MatlabArray) -> str:
-    """Source of the array in the table of the template."""
+    """C source of an array's entry in the table of the MEX template."""
     pages, rows, columns = array.transposition
     lengths = ", ".join(map(str, array.dims))
     sizes = f'"{array.name}", "{array.size}", "{array.sizes}", {len(array.dims)}, {{{lengths}}}'

@@ -68,7 +68,7 @@ def render_numpy(package: Package) -> Files:
 
 
 def constants_context(package: Package) -> dict[str, Any]:
-    """Return the context of templates of names and default values, but for `functions`."""
+    """Return the template context of names and default values, without `functions`."""
     values = [Literal("np.nan" if math.isnan(p.value) else repr(p.value)) for p in package.parameters]
     named = zip(package.parameters, values, strict=True)
     parameters = [{"name": p.name, "python_value": value} for p, value in named]
@@ -108,18 +108,18 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
 
 
 def _in_box(sizes: Mapping[str, int], guaranteed: Guaranteed) -> list[dict[str, Any]]:
-    """The arguments with ranges, and their ends."""
+    """Arguments with ranges, and the lower and upper bounds of their entries."""
     ends = {name: guaranteed.ends(name, sizes[name]) for name in guaranteed.arguments}
     return [{"name": name, "low": _numbers(low), "high": _numbers(high)} for name, (low, high) in ends.items()]
 
 
 def _numbers(numbers: Iterable[float]) -> str:
-    """Source of a tuple of numbers."""
+    """Python source of a tuple of numbers."""
     return _tuple(f"{'-' if x < 0 else ''}np.inf" if math.isinf(x) else repr(x) for x in numbers)
 
 
 def _bodies(function: Function, parameters: list[str], joints: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """The lines for a parameter set and those for a state, with the values of p that the first pass to the second."""
+    """Lines that compute parameter-only values, and lines that compute a state from them."""
     program = function.program
     printer = Printer(program, functions=PYTHON.functions)
     writer = Writer(printer, PYTHON, joints)
@@ -143,7 +143,7 @@ def _unpack(array: str, symbols: Iterable[str], used: Collection[str]) -> list[s
 
 
 def _tuple(items: Iterable[object], depth: int = 0) -> str:
-    """Source of a tuple, its lines after the first as deep as a statement at this depth."""
+    """Python source of a tuple, its further lines indented as a statement at this depth."""
     return in_brackets("(", [Literal(item) for item in items], ")").replace("\n", "\n" + "    " * depth)
 
 

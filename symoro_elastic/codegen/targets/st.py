@@ -58,7 +58,7 @@ def render_st(package: Package, precision: Precision = DOUBLE, longest: int = LO
 
 
 def _head(package: Package, precision: Precision, form: StForm) -> Iterator[str]:
-    """The comments that begin the file."""
+    """Comments at the beginning of the file."""
     yield from comment(f"{package.name}: models as function blocks of Structured Text (IEC 61131-3).")
     for sentence in sentences(package, precision):
         yield from comment(sentence)
@@ -73,7 +73,7 @@ def _comment(block: StBlock) -> list[str]:
 
 
 def _interface(block: StBlock) -> list[tuple[str, list[str]]]:
-    """The sections of nonempty arrays, with their lines."""
+    """Declaration sections of a block with their lines, without empty arrays."""
     sections = (("VAR_INPUT", block.inputs), ("VAR_IN_OUT", block.in_outs), ("VAR_OUTPUT", block.results))
     return [(name, [line for array in arrays for line in array.declaration]) for name, arrays in sections if arrays]
 
