@@ -19,7 +19,7 @@ ROUNDING = 64 * 2.0**-52
 
 
 def about_origin(body: Body) -> Body:
-    """The same body with first moments and inertia about the origin.
+    """Return the body with first moments and inertia about the origin of its frame.
 
     Raises `FormulaError` where an expression grows beyond what is read.
     """
@@ -30,12 +30,12 @@ def about_origin(body: Body) -> Body:
 
 
 def normal(body: Body) -> Body:
-    """The same body with its columns written as `about_origin` writes them."""
+    """Return the body with its columns in the normal form that `about_origin` writes."""
     return _with(body, vector_of(body.moments), _tensor(body))
 
 
 def moved_body(body: Body, place: Placement) -> Body:
-    """A body in a frame that is placed in another, in that other frame; raises `FormulaError` as `about_origin`."""
+    """Return a body, given in a frame at `place`, in the reference frame; raises `FormulaError` as `about_origin`."""
     turn, t, mass = place.rotation, vector_of(place.translation), Polynomial.of(body.mass)
     inertia, moments = turn @ _tensor(body) @ turn.T, turn @ vector_of(body.moments)
     if body.central:
@@ -49,14 +49,14 @@ def _tensor(body: Body) -> Any:
 
 
 def _shift(moments: Any, t: Any) -> Any:
-    """Return the change of inertia with first moments by a displacement t of the frame's origin."""
+    """Return the change of the inertia tensor with first moments by a displacement t of the frame's origin."""
     outer = np.multiply.outer(moments, t)
     unit = np.eye(3) * (moments @ t)
     return unit + unit - outer - outer.T
 
 
 def _with(body: Body, moments: Any, inertia: Any) -> Body:
-    """The body with these polynomials in its columns."""
+    """Return the body with first moments and inertia from these polynomials, without rounding errors."""
     least = ROUNDING * max(abs(x.constant or 0.0) for x in inertia.flat)
     x, y, z = (cell.formula for cell in moments)
     xx, xy, xz, yy, yz, zz = (_formula(inertia[entry], least) for entry in ENTRIES)

@@ -39,6 +39,6 @@ def text_of(content: bytes, source: str, encodings: Sequence[str] = (UTF_8,)) ->
 
 
 def name_of(text: str) -> str:
-    """A machine's name from a free text, such as the name of its file without suffix."""
+    """Return a valid machine name made from a free text, such as the name of its file without suffix."""
     stem = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     return stem if re.match("[A-Za-z]", stem) else f"m{stem}"

@@ -22,7 +22,7 @@ MOST_SNAP = 1e-3
 
 @dataclass(frozen=True)
 class Format:
-    """A text format of machine files: its row among the names of formats, how to read and write it.
+    """A text format of machine files: its name and suffixes, and functions to read and write it.
 
     The text of a file is in the first of `encodings` that it fits.
     `read(text, source)` gives the machine, not yet checked, and raises `InputError` that names `source`, the path of
@@ -39,18 +39,18 @@ class Format:
 
     @property
     def title(self) -> str:
-        """Its title."""
+        """Title of the format."""
         return self.named.title
 
     @property
     def suffixes(self) -> tuple[str, ...]:
-        """The suffixes of its files."""
+        """Suffixes of files in the format."""
         return self.named.suffixes
 
 
 @dataclass(frozen=True)
 class SpringOnJoint:
-    """A spring behind the motor of a joint: stiffness, N m/rad or N/m, and the inertia of the rotor, kg m2 or kg.
+    """A spring between the motor and the load of a joint: stiffness, N m/rad or N/m, and rotor inertia, kg m2 or kg.
 
     The inertia is as the joint feels it; None keeps that of the file.
     """
@@ -61,7 +61,7 @@ class SpringOnJoint:
 
 @dataclass(frozen=True)
 class Conversion:
-    """Changes to a machine before its table is made.
+    """Changes to a robot before it is converted to a machine: rounding tolerance, and springs of joints.
 
     `snap` is the tolerance, rad and m, within which angles become multiples of pi/12 and lengths of robots as links and
     joints zero; None leaves these as they are. `springs` are put behind the motors of joints.
@@ -72,7 +72,7 @@ class Conversion:
 
     @classmethod
     def of(cls, snap: float | None, springs: Mapping[str, float | Sequence[float]]) -> Conversion | None:
-        """The conversion with this tolerance and these springs by joint; None without changes.
+        """Return the conversion with this tolerance and these springs by joint; None without changes.
 
         A spring is its stiffness, alone or with the inertia of the rotor.
         """

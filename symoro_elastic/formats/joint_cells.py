@@ -19,7 +19,7 @@ _TOKEN = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*|\S", re.
 
 
 def formula(written: str | int, source: str, place: str) -> Formula:
-    """The expression in one cell; raises `InputError`."""
+    """Return the formula in a cell of a file; raises `InputError`."""
     try:
         return Formula.parse(" ".join(written.split()) if isinstance(written, str) else written)
     except FormulaError as error:
@@ -28,7 +28,7 @@ def formula(written: str | int, source: str, place: str) -> Formula:
 
 
 def whole(written: str | int, source: str, place: str) -> int:
-    """The whole number in one cell; raises `InputError`."""
+    """Return the integer in a cell of a file; raises `InputError`."""
     text = str(written) if isinstance(written, str) or abs(written) < 10**6 else "far too large"
     if not text.strip().removeprefix("-").isdecimal() or not text.isascii() or len(text) > 7:
         raise InputError(source, place, f"{quote(text)} is not a whole number, or is too large")
@@ -68,7 +68,7 @@ def offset_of(cell: Formula, variable: str) -> Formula | None:
 
 
 def cell_of(variable: str | None, offset: Formula) -> str:
-    """The cell with this joint variable and offset, the inverse of `offset_of`."""
+    """Return the cell with this joint variable and offset, the inverse of `offset_of`."""
     if variable is None:
         return offset.text
     if offset == ZERO:
@@ -79,7 +79,7 @@ def cell_of(variable: str | None, offset: Formula) -> str:
 
 
 def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
-    """The joint with its variable taken out of the cell that sigma selects; raises `InputError`."""
+    """Return the joint with its variable removed from the cell that sigma selects; raises `InputError`."""
     offset = offset_of(joint.selected, variable)
     if offset is None:
         raise InputError(source, f"{place}, {SELECTED[joint.sigma]}", not_alone(joint.selected, variable))
@@ -87,7 +87,7 @@ def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
 
 
 def not_alone(cell: Formula, variable: str) -> str:
-    """Return why a joint variable with a factor, or that occurs twice, is invalid."""
+    """Return why a joint variable with a factor, or with two occurrences, is invalid."""
     allowed = "alone or plus a constant or a formula of the variables of other joints"
     return f"{quote(cell)} must be the joint variable {variable!r}, {allowed}"
 
@@ -115,7 +115,7 @@ def _around(text: str, variable: str) -> tuple[str, bool, str]:
 
 
 def _valid(text: str, variable: str) -> Formula | None:
-    """The offset; None if the remaining text is not an expression, or contains the variable."""
+    """Return the formula in `text`, an offset; None if it is invalid, or contains the variable."""
     try:
         offset = Formula.parse(text)
     except FormulaError:

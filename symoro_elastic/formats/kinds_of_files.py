@@ -18,7 +18,7 @@ HEADER = 1000
 
 
 class FileKind(Enum):
-    """A kind of files that commands read."""
+    """Kind of a file that commands read: machine, scene, table of a motion or measurements, list of tests."""
 
     MACHINE = "a machine"
     SCENE = "a scene"
@@ -36,7 +36,7 @@ REMEDIES = {
 
 @contextmanager
 def read_as(kind: FileKind, path: str | Path) -> Iterator[None]:
-    """Within this block, an unreadable file of another kind is reported as that kind."""
+    """Context in which an error of reading a file is replaced if the file is of another known kind."""
     try:
         yield
     except InputError:
@@ -62,7 +62,7 @@ def kind_of(path: Path) -> FileKind | None:
 
 
 def _kind_of_table(path: Path) -> FileKind | None:
-    """Whether the first column is the time, or a column is an angle of a DH table."""
+    """Kind of a table by its header: a record if the first column is t, a machine (DH table) with a column alpha."""
     try:
         first = read_file(path, most=HEADER).splitlines() or [b""]
         cells = re.split("[,;\t]", first[0].decode("utf-8-sig"))

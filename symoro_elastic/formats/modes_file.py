@@ -39,7 +39,7 @@ SURFACE = ("surface", "triangles", "surface_modes")
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A point of a body at rest (3,), its displacements and turns (m, 3) per unit of the modes.
+    """A point of a flexible body: its position at rest (3,), its displacements and rotations (m, 3) per mode.
 
     `shorter` (m, m, 3) is its foreshortening.
     """
@@ -52,7 +52,7 @@ class Interface:
 
 @dataclass(frozen=True, eq=False)
 class Rail:
-    """A straight line on a body, from a point to an end (3,): how modes shift and turn it, polynomials (n, m, 3).
+    """A straight line on a body, from a point to an end (3,): its displacement and rotation by modes, polynomials.
 
     Coefficients are by powers of the distance from the point, m.
     """
@@ -64,19 +64,19 @@ class Rail:
 
     @property
     def length(self) -> float:
-        """Its length, m."""
+        """Length of the rail, m."""
         return float(np.linalg.norm(self.end - self.point))
 
     @property
     def axes(self) -> Array:
-        """Its axes (3, 3), columns in the frame of the body, the first along it."""
+        """Axes of the rail (3, 3), columns in the frame of the body, the first along the rail."""
         along = int(np.argmax(np.abs(self.end - self.point)))
         sign = np.sign((self.end - self.point)[along])
         u, v = sign * np.eye(3)[along], np.eye(3)[(along + 1) % 3]
         return np.column_stack([u, v, np.cross(u, v)])
 
     def at(self, place: float) -> Interface:
-        """The interface at a distance from its beginning, m."""
+        """Return the interface at a distance from the rail's beginning, m."""
         powers = place ** np.arange(len(self.shift))
         shift, turn = (np.einsum("n,nka->ka", powers, x) for x in (self.shift, self.turn))
         return Interface(self.point + place * self.axes[:, 0], shift, turn)
@@ -84,7 +84,7 @@ class Rail:
 
 @dataclass(frozen=True, eq=False)
 class ModalBody:
-    """A body by m modes that are orthogonal in stiffness: `G` (4 + 3 m, 4 + 3 m), stiffness and damping (m,), N/m."""
+    """A flexible body with m modes orthogonal in stiffness: `G` (4 + 3 m, 4 + 3 m), stiffness and damping (m,), N/m."""
 
     G: Array
     stiffness: Array
@@ -104,23 +104,23 @@ class ModalBody:
 
     @property
     def masses(self) -> Array:
-        """Mee (m, m)."""
+        """Modal mass matrix Mee (m, m)."""
         return np.asarray(self._pairs.trace(axis1=2, axis2=3))
 
     @property
     def frequencies(self) -> Array:
-        """Frequencies (m,) of the modes with the joint held, Hz, where they are orthogonal in mass, too."""
+        """Frequencies (m,) of the modes with the joint locked, Hz, if they are orthogonal in mass, too."""
         return np.asarray(np.sqrt(self.stiffness / np.diag(self.masses)) / (2 * np.pi))
 
     @property
     def rigid(self) -> tuple[float, Array, Array]:
-        """Mass, first moments (3,) and inertia (3, 3) about the joint of the body at rest."""
+        """Mass, first moments (3,) and inertia (3, 3) of the undeformed body about the joint."""
         P = self.G[1:4, 1:4]
         return float(self.G[0, 0]), self.G[0, 1:4], np.trace(P) * np.eye(3) - P
 
     @property
     def integrals(self) -> dict[str, Array]:
-        """Ct0, Ct1, T0, T1, Mee of a flexible body."""
+        """Mass integrals Ct0, Ct1, T0, T1, Mee of a flexible body, by name."""
         m = self.count
         Ct1 = np.zeros((m, m, 3)) if self.Ct1 is None else self.Ct1
         T1s = np.zeros((m, m, 3, 3)) if self.T1s is None else self.T1s
@@ -130,23 +130,23 @@ class ModalBody:
 
     @property
     def _pairs(self) -> Array:
-        """int phi_k phi_l^T, (m, m, 3, 3)."""
+        """Mass integrals int phi_k phi_l^T dm of pairs of modes, (m, m, 3, 3)."""
         return self.G[4:, 4:].reshape(self.count, 3, self.count, 3).transpose(0, 2, 1, 3)
 
     @property
     def places(self) -> dict[str, Interface]:
-        """Its interfaces by name, and both ends and the middle of its rails."""
+        """Interfaces by name, with both ends and the middle of each rail."""
         ends = {name: np.linspace(0, rail.length, 3).tolist() for name, rail in self.rails.items()}
         on_rails = {f"{name} at {x:.3g} m": self.rails[name].at(x) for name, places in ends.items() for x in places}
         return {**self.interfaces, **on_rails}
 
     def compliance(self, name: str) -> Array:
-        """The compliance (6, 6) at an interface with the joint held, by force and moment: m/N, 1/N, rad/(N m)."""
+        """The compliance (6, 6) at an interface with the joint locked, by force and moment: m/N, 1/N, rad/(N m)."""
         moved = np.hstack([self.places[name].shift, self.places[name].turn])
         return np.asarray(moved.T @ (moved / self.stiffness[:, None]))
 
     def keep(self, chosen: Array) -> ModalBody:
-        """The body with some of its modes, a mask (m,); doubts say which compliances of interfaces lose much."""
+        """The body with the modes of a mask (m,); its warnings name interfaces that lose much compliance."""
         at = np.flatnonzero(chosen)
         rows = np.concatenate([np.arange(4), (4 + 3 * at[:, None] + np.arange(3)).ravel()])
 
@@ -165,12 +165,12 @@ class ModalBody:
 
     @property
     def without_foreshortening(self) -> ModalBody:
-        """The body whose stiffness depends on no load."""
+        """The body without foreshortening, so that its stiffness does not depend on loads."""
         interfaces = {name: replace(x, shorter=None) for name, x in self.interfaces.items()}
         return replace(self, Ct1=None, T1s=None, interfaces=interfaces)
 
     def _lost(self, smaller: ModalBody, name: str) -> Iterator[str]:
-        """A sentence on the directions of an interface in which modes that are left out yield."""
+        """Warnings for directions of an interface that lose much compliance by the omitted modes."""
         before, after = (np.diag(body.compliance(name)) for body in (self, smaller))
         directions = ("along x", "along y", "along z", "about x", "about y", "about z")
         shares = {key: 1 - x / y for key, x, y in zip(directions, after, before, strict=True) if x < (1 - LOST) * y}
@@ -180,7 +180,7 @@ class ModalBody:
 
 
 def save(body: ModalBody, file: str | Path) -> None:
-    """Write a body to a .npz file; raises `InputError`."""
+    """Write a modal body to a .npz file; raises `InputError`."""
     arrays: dict[str, Any] = {"G": body.G, "K": np.diag(body.stiffness), "D": np.diag(body.damping)}
     arrays |= {"frequencies": body.frequencies, "about": np.array(body.about)}
     arrays |= {key: x for key, x in (("Ct1", body.Ct1), ("T1s", body.T1s)) if x is not None}
@@ -200,7 +200,7 @@ def save(body: ModalBody, file: str | Path) -> None:
 
 
 def load(file: str | Path) -> ModalBody:
-    """Return the body in a .npz file; raises `InputError` for other content."""
+    """Read a modal body from a .npz file; raises `InputError` for other content."""
     content, source = read_file(file, most=MOST_BYTES + 1), str(file)
     if len(content) > MOST_BYTES:
         raise InputError(source, "file", f"larger than {MOST_BYTES // 10**6} MB: keep fewer modes")
@@ -238,7 +238,7 @@ def _body(arrays: Mapping[str, Array], source: str) -> ModalBody:
 
 
 def _surface(arrays: Mapping[str, Array], m: int, source: str) -> Surface | None:
-    """The surface, where the file has one."""
+    """The surface mesh in the arrays of a file; None without one."""
     if SURFACE[0] not in arrays:
         return None
     sizes = [len(arrays[key]) if key in arrays and arrays[key].ndim else 0 for key in SURFACE[:2]]
@@ -285,7 +285,7 @@ def _of_shape(arrays: Mapping[str, Array], key: str, shape: Sequence[int], sourc
 
 
 def _symmetric(arrays: Mapping[str, Array], key: str, source: str, size: int | None = None) -> Array:
-    """A symmetric matrix without negative eigenvalues; raises `InputError`."""
+    """A symmetric, positive semidefinite matrix from a file; raises `InputError`."""
     x = arrays[key]
     size = len(x) if size is None and x.ndim else size or 0
     matrix: Array = _of_shape(arrays, key, (size, size), source)

@@ -27,13 +27,13 @@ Product = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """A sum of products, each with its coefficient: a fraction, or a rounded number."""
+    """A polynomial in names and functions: products with coefficients, fractions or rounded numbers."""
 
     terms: Mapping[Product, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, formula: Formula, values: Mapping[str, float] | None = None) -> Polynomial:
-        """The polynomial of a formula, names among `values` as numbers; raises `FormulaError` where it is too long."""
+        """Expand a formula, with names among `values` as numbers; raises `FormulaError` if it gets too long."""
         names = {name: cls({(name,): Fraction(1)}) for name in (*formula.names, "pi")}
         names |= {name: cls.number(x) for name, x in (values or {}).items()}
         polynomial: Polynomial = formula.evaluate(names, {name: _function(name) for name in FUNCTIONS}, cls.number)
@@ -41,23 +41,23 @@ class Polynomial:
 
     @classmethod
     def number(cls, x: Any) -> Polynomial:
-        """The polynomial of a number, exact where that is whole or a fraction."""
+        """The constant polynomial of a number, exact for integers and fractions."""
         exact = x if isinstance(x, Fraction) or x != int(x) else Fraction(int(x))
         return cls({(): exact} if exact else {})
 
     @property
     def constant(self) -> float | None:
-        """Its value where it is a number, else None."""
+        """Value of a constant polynomial, else None."""
         return float(self.terms.get((), 0)) if self.terms.keys() <= {()} else None
 
     @property
     def formula(self) -> Formula:
-        """The formula with this value; raises `FormulaError` where it is longer than what is read."""
+        """The polynomial as a formula; raises `FormulaError` if it exceeds the length limit."""
         return Formula.parse(self.text)
 
     @property
     def text(self) -> str:
-        """Its text, positive terms first, each in the order of names: equal polynomials have one text.
+        """Text of the polynomial, positive terms first, each in the order of names: equal polynomials have equal texts.
 
         Products of tiny numbers that no cell may hold are zero.
         """
@@ -123,7 +123,7 @@ def _function(name: str) -> Any:
 
 
 def _term(x: Any, factors: Product) -> str:
-    """The text of a product; a number as a decimal of 15 digits or that has its value, else as a quotient."""
+    """Text of a product; a number is a decimal of 15 digits or of its exact value, else a quotient."""
     product, number = "*".join(factors), f"{float(x):.15g}"
     if isinstance(x, Fraction):
         if factors and x.numerator == 1:
@@ -140,7 +140,7 @@ def vector_of(cells: Iterable[Formula | float | Polynomial]) -> Any:
 
 
 def direction_and_length(vector: Array) -> tuple[Array, Any] | None:
-    """Numbers (n,) and a factor whose product is a vector; None where its entries are not multiples of one formula.
+    """Split a vector into numbers (n,) and a common factor; None if its entries have no common formula.
 
     The factor is 1 where the vector is numbers.
     """

@@ -31,13 +31,13 @@ ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.ur
 def read_machine(
     path: str | Path, reserved: Reasons = NONE, models: Models | None = None
 ) -> tuple[DescribedMachine, list[str]]:
-    """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
+    """Read and check a machine file; return the machine and warnings, a line each; raises `InputError`."""
     machine = read(path, reserved)
     return machine, check(machine, reserved, models)
 
 
 def read(path: str | Path, reserved: Reasons = NONE, conversion: Conversion | None = None) -> DescribedMachine:
-    """The machine in a file, not yet checked by `check`; raises `InputError`.
+    """Read a machine file without the consistency checks of `check`; raises `InputError`.
 
     Names of robots that generated code cannot take, or that are `reserved`, are changed. Robots as links and joints may
     be converted; other machines are refused then.

@@ -47,18 +47,18 @@ def is_comment(line: str) -> bool:
 
 
 def without_mark(line: str) -> str:
-    """Return a line without its comment mark, which some programs put before the names of columns."""
+    """Return a line without a leading comment mark, which some programs put before the names of columns."""
     return _COMMENT.sub("", line, count=1) if is_comment(line) else line
 
 
 class Decimals:
-    """Numbers of a table whose columns are not separated by commas: with decimal commas or points, not both."""
+    """Number format of a table not separated by commas: decimal commas or decimal points, not both."""
 
     def __init__(self) -> None:
         self._has_commas = self._has_points = False
 
     def with_points(self, cells: Sequence[str]) -> list[str]:
-        """Return cells with decimal points; raises `ValueError` where a table has both signs."""
+        """Return cells with decimal points; raises `ValueError` if a table has decimal commas and points."""
         commas = [bool(_DECIMAL_COMMA.fullmatch(cell)) for cell in cells]
         self._has_commas |= any(commas)
         self._has_points |= any(_POINT.fullmatch(cell) for cell in cells)

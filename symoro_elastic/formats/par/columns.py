@@ -32,7 +32,7 @@ Candidates = dict[int, set[str]]
 
 @dataclass(frozen=True)
 class Counts:
-    """Rows 1 to `bodies` carry a body, the next up to `joints` are cut joints, the last are the frames these meet."""
+    """Row counts of a table: bodies in rows 1 to `bodies`, cut joints up to `joints`, then the frames they meet."""
 
     bodies: int
     joints: int
@@ -52,7 +52,7 @@ class Counts:
         return j > self.joints
 
     def lengths(self, key: str) -> dict[int, str]:
-        """Numbers of entries that a list may have, and what they count."""
+        """Allowed numbers of entries of a list, and what they count."""
         if key in VECTORS or key == "Z":
             return {16 if key == "Z" else 3: "fixed"}
         if not self.loops:
@@ -61,12 +61,12 @@ class Counts:
         return {**shorter, self.frames: "NF = 2 NJ - NL"}
 
     def has_base(self, key: str, entries: int) -> bool:
-        """Whether a list with this number of entries begins with one for the base, where that floats."""
+        """Whether a list with this number of entries begins with an entry for a floating base."""
         return key in BODY and entries in (self.bodies + 1, self.frames + 1)
 
 
 def counts(text: ParText) -> Counts:
-    """The numbers of bodies and joints; raises `InputError` where they or NF are wrong."""
+    """Read the numbers of bodies and joints; raises `InputError` if they or NF are wrong."""
     if "NL" not in text.numbers:
         raise InputError(text.source, "NL", "is missing: write NL = the number of bodies")
     bodies = whole(text.numbers["NL"], text.source, "NL")
@@ -95,7 +95,7 @@ def check_lengths(text: ParText, count: Counts, with_base: bool) -> None:
 
 
 class Columns:
-    """The table of a .par file; rows are numbered from 1, and have the names j1, j2 ... unless others are given."""
+    """The table of a .par file by columns; rows are numbered from 1, and named j1, j2 ... by default."""
 
     def __init__(self, text: ParText) -> None:
         self.text, self.source = text, text.source
@@ -114,13 +114,13 @@ class Columns:
         self._formulas: dict[str, tuple[Formula, ...]] = {}
 
     def place(self, j: int, key: str) -> str:
-        """The name of a cell in messages."""
+        """Name of a cell for messages."""
         name = self.names[j - 1]
         joint = f"joint {j} ({name if why_reserved(name) is None else quote(name)})"
         return f"{joint}, {key}" if key else joint
 
     def whole(self, key: str, j: int, default: int) -> int:
-        """The whole number in a cell."""
+        """The integer in a cell."""
         if key not in self.lists:
             return default
         if (key, j) not in self._whole:
@@ -128,14 +128,14 @@ class Columns:
         return self._whole[key, j]
 
     def flag(self, key: str, j: int, default: int) -> int:
-        """The 0 or 1 in a cell."""
+        """The flag, 0 or 1, in a cell."""
         value = self.whole(key, j, default)
         if value not in (0, 1):
             raise InputError(self.source, self.place(j, key), f"{value} must be 0 or 1")
         return value
 
     def formula(self, key: str, j: int) -> Formula:
-        """The expression in a cell, zero where the file has no such list."""
+        """The formula in a cell, zero if the file has no such list."""
         if key not in self.lists:
             return ZERO
         if key not in self._formulas:
@@ -150,14 +150,14 @@ class Columns:
         return [self.lists[key][j - 1] if key in self.lists else "0" for key in keys]
 
     def base_vector(self, key: str) -> Vector3:
-        """A list of three that belongs to frame 0."""
+        """The three entries of a list that belongs to frame 0, such as gravity."""
         if key not in self.text.lists:
             return NO_VECTOR
         x, y, z = (formula(text, self.source, key) for text in self.text.lists[key])
         return x, y, z
 
     def kind(self, j: int) -> Kind:
-        """Kind of a joint by its row, sigma, eta and mu; a joint without motor and spring is passive, or coupled."""
+        """Kind of a joint by its row, sigma, eta and mu; without motor and spring it is passive, or coupled."""
         fixed = self.whole("sigma", j, 0) == 2
         if self.counts.bodies < j <= self.counts.joints:
             return self._cut(j)
@@ -184,14 +184,14 @@ class Columns:
         return Kind.CUT
 
     def _no_end(self, j: int) -> str:
-        """Return why a moving row cannot be the frame that a cut joint meets."""
+        """Return why a row that moves cannot be the frame that a cut joint meets."""
         first, last = self.counts.joints + 1, self.count
         rows = f"row {last} is the frame" if first == last else f"rows {first} to {last} are the frames"
         cut = self.names[j - self.counts.loops - 1]
         return f"must be 2: {rows} that cut joints meet, this one {quote(cut)}, and does not move"
 
     def _known_of_base(self) -> KnownOfBase | None:
-        """Known quantity of the base: the wrench on a floating one, the acceleration of a mobile one."""
+        """Known quantity of the base: the wrench of a floating base, the acceleration of a mobile one; else None."""
         quantities = []
         for key, quantity in (("is_floating", KnownOfBase.WRENCH), ("is_mobile", KnownOfBase.ACCELERATION)):
             value = self.text.numbers.get(key, "0")
@@ -203,7 +203,7 @@ class Columns:
         return quantities[0] if quantities else None
 
     def _of_base(self) -> dict[str, str]:
-        """Cells of the base, removed from the lists, where they precede those of the bodies."""
+        """Cells of a floating base, which precede those of the bodies; removes them from the lists."""
         cells = {}
         for key in BODY:
             if self.known_of_base and self.counts.has_base(key, len(self.text.lists.get(key, ()))):
@@ -244,7 +244,7 @@ def _owned_names(candidates: Candidates) -> set[str]:
 
 
 class _Cells:
-    """The cells that sigma selects, of the rows that move.
+    """The cells that sigma selects in moving rows, from which the joint variables are determined.
 
     `declared` are parameters; so are the names `elsewhere`, in cells without variable, by the number of times.
     `chosen` are the variables that the file names as those of rows.
@@ -265,7 +265,7 @@ class _Cells:
         self.candidates = {j: set(self._candidates(j)) for j in self.cells}
 
     def own(self) -> dict[int, str]:
-        """Return the variables of rows that have one, by row number; raises `InputError` for an ambiguous one."""
+        """Return the joint variables by row number; raises `InputError` for an ambiguous one."""
         candidates = owned_names(self.candidates, self.optional)
         for narrowed in (self._named_by_followers, self._only_here, self._named_by_followers):
             candidates = owned_names({**candidates, **narrowed(candidates)}, self.optional)
@@ -277,7 +277,7 @@ class _Cells:
         return {j: name for j, names in candidates.items() for name in names}
 
     def _candidates(self, j: int) -> Collection[str]:
-        """Names in a cell that may be its variable: summands, and no parameters elsewhere."""
+        """Names in a cell that may be its joint variable: summands that are no parameters elsewhere."""
         names = self.names[j]
         if j in self.given:
             return {self.given[j]}
@@ -288,7 +288,7 @@ class _Cells:
         return added if j in self.optional else added or variables or names
 
     def _named_by_followers(self, candidates: Candidates) -> Candidates:
-        """Ambiguous rows with one name that a coupled row needs, since no other row may own it."""
+        """Assignments of ambiguous rows that have a single name needed by a coupled row."""
         owners = rows_by_name(candidates)
         narrowed: Candidates = {}
         for j in self._without_leader(candidates):
@@ -298,12 +298,12 @@ class _Cells:
         return narrowed
 
     def _without_leader(self, candidates: Candidates) -> list[int]:
-        """Coupled rows whose cells hold no determined variable of another row."""
+        """Coupled rows whose cells contain no variable determined for another row."""
         owned = _owned_names(candidates)
         return [j for j in self.optional if not candidates[j] and owned.isdisjoint(self.names[j])]
 
     def _only_here(self, candidates: Candidates) -> Candidates:
-        """Ambiguous rows with one name that occurs in no other cell; its other names may be parameters."""
+        """Assignments of ambiguous rows that have a single name found in no other cell."""
         followed = {name for j in self._without_leader(candidates) for name in self.names[j]}
         followed |= {name for j in self.optional if len(candidates[j]) == 1 for name in candidates[j]}
         narrowed = {}
@@ -314,7 +314,7 @@ class _Cells:
         return narrowed
 
     def _checked_choices(self, chosen: Mapping[int, str]) -> Mapping[int, str]:
-        """Variables that the file assigns to rows; raises `InputError` for impossible ones."""
+        """The joint variables that the file states, by row; raises `InputError` for impossible ones."""
         for j, variable in chosen.items():
             if j not in self.cells:
                 raise self._error(j, "variable", "a fixed frame has no variable of its own: leave it out")
@@ -358,7 +358,7 @@ GEOMETRY = tuple(key for column in columns_of(Joint, "joints") for key in column
 
 
 class Names:
-    """All names of the file, in order of first appearance by joint, then by column."""
+    """All names in the cells of a file, in order of first appearance by joint, then by column."""
 
     def __init__(
         self, columns: Columns, further: Sequence[Formula], declared: Collection[str], chosen: Mapping[int, str]

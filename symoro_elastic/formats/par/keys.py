@@ -11,7 +11,7 @@ from symoro_elastic.machine.machine import Base, Joint, Kind
 
 
 class Place(Enum):
-    """The place of a key in a .par file, and its contents."""
+    """Form of a key's value in a .par file (a number, or a list by frames, bodies or joints) and its subject."""
 
     NUMBER = "a number: `NJ = 6`"
     GEOMETRIC = "a list with an entry for each frame (NF): geometry"
@@ -24,7 +24,7 @@ class Place(Enum):
 
 @dataclass(frozen=True)
 class ParKey:
-    """A key: its meaning, its unit, its default, and an example of its value."""
+    """A key of a .par file: its meaning, unit and default, and an example of its value."""
 
     name: str
     place: Place
@@ -35,7 +35,7 @@ class ParKey:
 
 
 def _of_columns() -> Iterator[tuple[str, str, str]]:
-    """Key, meaning and unit of the cells of a joint and of the base that have one."""
+    """Key, meaning and unit of the .par columns of joints and of the base."""
     for owner in (Joint("", 0, Kind.FIXED, 2), Base()):
         for cell, _ in cells(owner):
             column = cell.column
@@ -102,5 +102,5 @@ KEYS = (
 
 
 def names(*places: Place) -> tuple[str, ...]:
-    """The keys of some places."""
+    """The keys that belong in some places of a file."""
     return tuple(key.name for key in KEYS if key.place in places)

@@ -31,7 +31,7 @@ Fail = Callable[[str, str], InputError]
 
 
 def values_of(lines: Iterable[str], source: str) -> dict[str, Any]:
-    """The values of lines by their keys; raises `InputError`."""
+    """Values of extension lines by their keys; raises `InputError`."""
     values: dict[str, Any] = {}
     for line in lines:
         match = _LINE.fullmatch(line)
@@ -47,7 +47,7 @@ def values_of(lines: Iterable[str], source: str) -> dict[str, Any]:
 
 
 def as_toml(lines: Mapping[str, Any], bodies: int, joints: int, source: str) -> dict[str, Any]:
-    """Return the entries of TOML equivalent to values of lines, in a file with these numbers of bodies and joints.
+    """Return the TOML entries equivalent to extension lines, in a file with these numbers of bodies and joints.
 
     Raises `InputError` for a value of another form.
     """
@@ -77,7 +77,7 @@ def as_toml(lines: Mapping[str, Any], bodies: int, joints: int, source: str) -> 
 def _add_cells(
     entries: dict[str, Any], lines: Mapping[str, Any], names: Sequence[str], lengths: Collection[int], fail: Fail
 ) -> None:
-    """Add the cells of joints that are lists, and bodies about their centre of mass."""
+    """Add the joint cells that are lists, and bodies about their centre of mass, to the TOML entries."""
     for key, column in CELLS.items():
         cells = _texts(lines, key, fail)
         if key in lines and len(cells) not in lengths:

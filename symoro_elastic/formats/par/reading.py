@@ -30,14 +30,14 @@ __all__ = ["FORMAT", "read", "write"]
 
 
 def read(text: str, source: str) -> DescribedMachine:
-    """The machine in a .par text; raises `InputError`. Consistency is checked by `checks.check`."""
+    """Read the machine in a .par text; raises `InputError`. Consistency is checked by `checks.check`."""
     table = ParTable(take_apart(text, source))
     machine = machine_of(Table(table.entries, source))
     return replace(machine, origin=replace(machine.origin, of_name=table.origin_of_name))
 
 
 def write(machine: Machine) -> str:
-    """The .par text that `read` reads back; parameters and variables are declared only if that needs it."""
+    """Return the .par text that `read` reads back; parameters and variables are declared only if necessary."""
     described = DescribedMachine.of(machine)
     for names in Declared:
         text = layout(described, names)
@@ -56,7 +56,7 @@ Entries = dict[str, Any]
 
 
 class ParTable:
-    """The tables of a .par file, its joints in the order of their rows in TOML."""
+    """Conversion of a .par file to entries of TOML, its joints in the order of TOML rows."""
 
     def __init__(self, text: ParText) -> None:
         self.text, self.source, self.columns = text, text.source, Columns(text)
@@ -71,7 +71,7 @@ class ParTable:
 
     @property
     def entries(self) -> Entries:
-        """The entries of a TOML file of the same machine; raises `InputError`."""
+        """Entries of the TOML file of the same machine; raises `InputError`."""
         tables: dict[str, Entries] = {name: dict(self.block.table(name).entries) for name in OF_JOINTS}
         for j, name in enumerate(self.columns.names, start=1):
             for section, entry in self._cells(j).items():
@@ -91,7 +91,7 @@ class ParTable:
 
     @property
     def origin_of_name(self) -> str:
-        """The source of the name; empty if the file states it."""
+        """Explanation of the source of the machine's name; empty if the file states the name."""
         if "name" in self.block.entries:
             return ""
         instead = 'give another by (*toml name = "..." *)'
@@ -100,7 +100,7 @@ class ParTable:
         return f"it is made of the name of the file, {instead}"
 
     def _block(self) -> Table:
-        """The entries in addition to the lists, from lines of TOML and of the old form."""
+        """Entries outside the lists: from the TOML block and from extension lines of the old form."""
         old = as_toml(self.lines, self.columns.counts.bodies, self.columns.counts.joints, self.source)
         block = Table(self.text.block, self.source).only(MACHINE.names)
         for key in old:
@@ -111,7 +111,7 @@ class ParTable:
         return Table({**block.entries, **old}, self.source)
 
     def _order(self) -> list[int]:
-        """Row of the file, in the order of the table; the rows get their names."""
+        """Row number in the file for each row of the table; names the rows, ends of loops last."""
         counts = self.columns.counts
         self.rows = self.block.tables("joints") or [Table({}, self.source) for _ in range(counts.frames)]
         if len(self.rows) != counts.frames:
@@ -150,7 +150,7 @@ class ParTable:
         }
 
     def _row(self, j: int) -> Entries:
-        """A row of the table of joints."""
+        """Entry of row j for the table of joints."""
         columns, i = self.columns, self.row[j]
         sigma, kind, antecedent = columns.whole("sigma", j, 0), columns.kind(j), columns.whole("ant", j, 0)
         variable = self.names.variables.get(j)
@@ -163,7 +163,7 @@ class ParTable:
         return row if variable is None else {**row, "variable": variable}
 
     def _cells(self, j: int, only: str = "") -> dict[str, Entries]:
-        """Cells of a row by section and key, without zeros: those of a section, or of all but the joints."""
+        """Nonzero cells of a row by section and key: those of section `only`, or of all but the joints."""
         by_section: dict[str, Entries] = {}
         for column in OF_LISTS:
             texts = self.columns.texts(column.par, j)
@@ -172,14 +172,14 @@ class ParTable:
         return by_section
 
     def _merged_entry(self, own: Entries, section: str, name: str, j: int) -> Entries:
-        """Return the entry of a joint in a section: that of the lists, and that of the block."""
+        """Return the entry of a joint in a section, merged from the lists and the TOML block."""
         in_block = self.block.table(section).table(name).entries
         if section != "bodies" or not in_block:
             return self._merge(own, in_block, self.columns.place(j, section))
         return self._agreeing(own, in_block, self.columns.place(j, "bodies"))
 
     def _agreeing(self, own: Entries, in_block: Mapping[str, Any], place: str) -> Entries:
-        """Return a body about its centre of mass, which must equal that of the lists."""
+        """Return the block's entry of a body about its centre of mass; raises `InputError` if the lists differ."""
         written = body_of(Table({"mass": own.get("mass", 0), **in_block}, self.source, place))
         listed_ = body_of(Table(own, self.source, place))
         with refusing(self.source, place):
@@ -196,7 +196,7 @@ class ParTable:
         return {**own, **in_block}
 
     def _parameters(self) -> Entries:
-        """All parameters, nan without a value: in the order of the block if it names all, else of the cells."""
+        """Values of all parameters, nan if missing: in the order of the block if it names all, else of the cells."""
         in_block = self.block.table("parameters").entries
         names = self.names.parameters()
         undeclared = [name for name in names if name not in in_block]
@@ -210,7 +210,7 @@ class ParTable:
         return {name: in_block.get(name, Number("nan")) for name in names}
 
     def _base(self) -> Entries:
-        """The base: its motion, and its body where it floats."""
+        """Entries of the base: its motion, and its body if it floats."""
         own: Entries = {}
         for column in declared_columns(Base, "base"):
             if self.text.lists.get(column.par[0], ["0"] * 3) != ["0"] * 3:
@@ -234,7 +234,7 @@ class ParTable:
         return {**self._merge({**own, "body": body}, in_block, "base"), "floating": floating, "known": known}
 
     def _extras(self) -> Entries:
-        """Entries that no model uses: unused lists, and flags that contradict the kinds of joints."""
+        """Entries that no model uses: unknown lists, and flags that contradict the kinds of joints."""
         lists, numbers, columns = self.text.lists, self.text.numbers, self.columns
         extras: Entries = {key: list_text(lists[key]) for key in ("QP", "QDP", "GAM", "Z") if key in lists}
         rows = range(1, columns.count + 1)
@@ -254,7 +254,7 @@ class ParTable:
         return extras
 
     def _formulas(self) -> Iterator[Formula]:
-        """Formulas of the base and of the block, whose names are parameters."""
+        """Formulas of the base and of the TOML block, whose names are parameters."""
         yield from _formulas_in(self.columns.of_base.get(cell.par, "0") for cell, _ in cells(Body()))
         tables = {name: self.block.table(name).entries for name in OF_JOINTS}
         for sections in ([name for name in OF_JOINTS if name != "bodies"], ["bodies"]):
@@ -280,7 +280,7 @@ def _formulas_in(values: Iterable[Any]) -> Iterator[Formula]:
 
 
 def _points(outputs: Any) -> Iterator[tuple[Formula, ...]]:
-    """The points that the outputs of a scene name."""
+    """Points in the outputs of a scene, as formulas of their coordinates."""
     for texts in outputs.values() if isinstance(outputs, dict) else ():
         for text in texts if isinstance(texts, list) else ():
             try:

@@ -45,7 +45,7 @@ ROBOT = re.compile(r"""\s*Robotname\s*=\s*(['"])(.*)\1\s*""", re.IGNORECASE)
 
 @dataclass
 class ParText:
-    """Entries of a .par file by their exact keys, values as written; `robot` is its Robotname.
+    """Entries of a .par file by their exact keys, values as text; `robot` is its Robotname.
 
     `block` are the entries of its lines of TOML, `lines` the texts of those of the form `(*! key = value *)`.
     """
@@ -60,7 +60,7 @@ class ParText:
 
 
 def take_apart(text: str, source: str) -> ParText:
-    """The entries of a .par text; raises `InputError` naming key or line."""
+    """Split a .par text into its entries; raises `InputError` naming key or line."""
     par = ParText(source)
     text = _without_comments(text.replace("\r\n", "\n").replace("\r", "\n"), par)
     position = 0
@@ -74,7 +74,7 @@ def take_apart(text: str, source: str) -> ParText:
 
 
 def _without_comments(text: str, par: ParText) -> str:
-    """The text with blanks for its comments, which are kept; TOML keeps its line numbers."""
+    """The text with comments replaced by blanks and stored in `par`; TOML keeps its line numbers."""
     pieces, block, position = [], list[str](), 0
     line = written = 0
     while (start := text.find("(*", position)) >= 0:
@@ -140,7 +140,7 @@ def _store(par: ParText, key: str, listed: str | None, single: str | None) -> No
 
 
 def entries(listed: str, key: str, source: str) -> list[str]:
-    """The entries of a list `{a, b}`, a comma after the last one allowed."""
+    """Split a list `{a, b}` into its entries; a comma after the last one is allowed."""
     parts, depth, start = [], 0, 1
     for match in re.finditer(r"[(),]", listed):
         depth += {"(": 1, ")": -1}.get(match[0], 0)

@@ -24,7 +24,7 @@ from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, Kn
 
 
 class Declared(Enum):
-    """Names that are declared in addition to their cells."""
+    """Names that a .par text declares explicitly in addition to their use in cells."""
 
     NOTHING = 0
     PARAMETERS = 1
@@ -32,7 +32,7 @@ class Declared(Enum):
 
 
 def layout(machine: DescribedMachine, declared: Declared) -> str:
-    """Return the text with these names declared; raises `InputError` for entries that .par cannot represent."""
+    """Return the .par text with names declared as stated; raises `InputError` for unsupported entries."""
     table, machine = machine, with_rows_in_order(machine, order_of(machine)) if machine.loops else machine
     notes = _plain_notes(machine.origin.notes)
     blocks = [
@@ -50,7 +50,7 @@ def layout(machine: DescribedMachine, declared: Declared) -> str:
 
 
 def _beside(table: DescribedMachine, machine: DescribedMachine, notes: int, declared: Declared) -> Iterator[str]:
-    """Lines of TOML for entries that lists cannot hold; `table` has its rows in their own order.
+    """Lines of the TOML block for entries that lists cannot represent; `table` has its rows in TOML order.
 
     The first `notes` stand elsewhere.
     """
@@ -75,13 +75,13 @@ def _beside(table: DescribedMachine, machine: DescribedMachine, notes: int, decl
 
 
 def _without_listed_cell(kind: Kind, cell: Cell, formula: Formula) -> Formula:
-    """Return zero for cells that are lists of the format; k is the list of elastic joints only."""
+    """Return a cell's formula, or zero if a list of the format has it; list k is for elastic joints only."""
     is_listed = cell.par in LISTS and (cell.par != "k" or kind is Kind.ELASTIC)
     return ZERO if is_listed else formula
 
 
 def _central(body: Body) -> Body:
-    """Return a body about its centre of mass, which lists cannot hold; empty for others."""
+    """Return a body about its centre of mass, which lists cannot represent; an empty body for others."""
     return body if body.central else Body()
 
 
@@ -92,14 +92,14 @@ def _without_listed_base(floating: Floating | None) -> Floating | None:
 
 
 def _is_usual(table: DescribedMachine, machine: DescribedMachine) -> bool:
-    """Return whether the rows determine the loops."""
+    """Return whether the order of rows determines the loops, so that they need no entry."""
     plain = (Loop(f"loop_{k}", loop.cut, loop.meets) for k, loop in enumerate(machine.loops, start=1))
     names = [[joint.name for joint in described.joints] for described in (table, machine)]
     return machine.loops == tuple(plain) and names[0] == names[1]
 
 
 def _rows(machine: DescribedMachine, variables: bool) -> list[list[tuple[str, str]]]:
-    """Names of joints, with variables that are ambiguous in their cells."""
+    """Entries of rows for the TOML block: joint names, with variables that are ambiguous in their cells."""
     doubts = _ambiguous_variables(machine) if variables else {}
     own = [[("variable", text_of(doubts[joint.name]))] if joint.name in doubts else [] for joint in machine.joints]
     return [[("name", text_of(joint.name)), *entry] for joint, entry in zip(machine.joints, own, strict=True)]
@@ -129,7 +129,7 @@ def with_rows_in_order(machine: AnyMachine, rows: Sequence[int]) -> AnyMachine:
 
 
 def order_of(machine: Machine) -> tuple[int, ...]:
-    """Numbers of the rows in the order of a .par file; raises `InputError` for a machine that it cannot hold."""
+    """Row numbers in the order of a .par file; raises `InputError` for a machine that the format cannot represent."""
     last = [*(loop.cut for loop in machine.loops), *(loop.meets for loop in machine.loops)]
     times = Counter(last)
     for j in last:
@@ -148,29 +148,29 @@ def order_of(machine: Machine) -> tuple[int, ...]:
 
 
 def kind_flags(kind: Kind) -> tuple[str, str]:
-    """mu and eta as SYMORO would set them."""
+    """Flags mu and eta of a joint kind, as SYMORO sets them."""
     return str(int(kind in (Kind.MOTOR, Kind.ELASTIC))), str(int(kind is Kind.ELASTIC))
 
 
 def structure(antecedents: Sequence[int], kinds: Collection[Kind]) -> str:
-    """Type: 0 for a simple chain, 1 for a tree, 2 with closed loops."""
+    """Code of the structure (Type): 0 for a simple chain, 1 for a tree, 2 with closed loops."""
     if Kind.CUT in kinds:
         return "2"
     return "0" if all(antecedent == j for j, antecedent in enumerate(antecedents)) else "1"
 
 
 def structure_of(machine: Machine) -> str:
-    """Type of a machine."""
+    """Code of the structure (Type) of a machine."""
     return structure(machine.antecedents, [joint.kind for joint in machine.joints])
 
 
 def list_text(cells: Iterable[str]) -> str:
-    """Text of a list."""
+    """Text of a list `{...}` of cells."""
     return "{" + ", ".join(cells) + "}"
 
 
 def written_extras(machine: DescribedMachine) -> dict[str, list[str]]:
-    """The extras that can be written as lists of the .par format."""
+    """Extra entries of a machine that can be written as .par lists."""
     bodies, loops = len(machine.joints) - 2 * len(machine.loops), len(machine.loops)
     rows = (bodies, bodies + loops, bodies + 2 * loops)
     extras = {}
@@ -207,7 +207,7 @@ def _fits(key: str, cells: list[str], joints: Sequence[Joint]) -> bool:
 
 
 def _is_robot(name: str) -> bool:
-    """Return whether Robotname, as SYMORO writes it, determines the name."""
+    """Return whether the Robotname that SYMORO writes determines the machine's name."""
     return name_of(name) == name
 
 
@@ -225,7 +225,7 @@ def _numbers(machine: DescribedMachine) -> list[str]:
 
 
 def _type(machine: DescribedMachine) -> str:
-    """Return Type as in the file, else from the structure of the table."""
+    """Return the structure code (Type) as in the file, else from the structure of the table."""
     of_file = machine.origin.extras.get("Type", "")
     return of_file if of_file in ("0", "1", "2") else structure_of(machine)
 
@@ -237,7 +237,7 @@ def _geometry(machine: DescribedMachine) -> list[str]:
 
 
 def _geometric_cells(joint: Joint) -> dict[str, str]:
-    """Geometric columns of a row; the joint variable is in the cell that sigma selects."""
+    """Geometric cells of a row by column; the joint variable is in the cell that sigma selects."""
     texts = {cell.par: formula.text for cell, formula in cells(joint)}
     if joint.variable is not None:
         column = SELECTED[joint.sigma]
@@ -257,7 +257,7 @@ def _bodies(machine: DescribedMachine) -> list[str]:
 
 
 def _body_cells(joint: Joint, place: str, machine: DescribedMachine) -> dict[str, Formula]:
-    """Columns of a joint with its body about the origin of the frame, by their keys."""
+    """Cells of a joint and of its body about the origin of the frame, by column."""
     return {cell.par: formula for cell, formula in cells(_about_origin(joint, place, machine))}
 
 

@@ -31,15 +31,15 @@ class Axis:
 
     @classmethod
     def z_of(cls, frame: Placement) -> Axis:
-        """The z axis of a frame."""
+        """Return the z axis of a frame."""
         return cls(frame.translation, frame.rotation[:, 2])
 
     def is_nearly_parallel(self, other: Axis) -> bool:
-        """Whether the common normal of both is far away, or undetermined."""
+        """Whether the common normal of two axes is far away, or undetermined."""
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) < NEARLY_PARALLEL)
 
     def foot(self, other: Axis) -> Array:
-        """The point of this axis that is nearest to another one: where they are nearly parallel, to its point."""
+        """The point of this axis nearest to another axis, or to its point if they are nearly parallel."""
         between = other.point - self.point
         if self.is_nearly_parallel(other):
             return self.point + self.direction * (between @ self.direction)
@@ -48,7 +48,7 @@ class Axis:
         return self.point + self.direction * along
 
     def normal(self, other: Axis) -> Array | None:
-        """The direction of the common normal to another axis; None where both are nearly one line, or names decide."""
+        """Direction of the common normal to another axis; None if they nearly coincide, or if it depends on names."""
         if self.is_nearly_parallel(other):
             between = other.point - self.point
             across = between - self.direction * (between @ self.direction)
@@ -58,7 +58,7 @@ class Axis:
 
 
 def frame_on(axis: Axis, before: Placement, after: Axis | None, keep_x: bool = False) -> Placement:
-    """The frame of a joint with this axis: `before` is that of its antecedent, `after` the axis that follows.
+    """Modified DH frame of a joint with this axis, between the antecedent's frame `before` and the axis `after`.
 
     Its x goes to the axis that follows, its origin is the foot of their common normal. At the end of a branch, and
     where both axes are one line, x and origin make theta and r zero. Of the two senses of x the one nearer to that
@@ -80,19 +80,19 @@ def frame_on(axis: Axis, before: Placement, after: Axis | None, keep_x: bool = F
 
 
 def _x_without_theta(axis: Axis, before: Placement) -> Array:
-    """The direction of the normal from the antecedent's axis; that of its x where both axes are one line."""
+    """Direction of x along the normal from the antecedent's axis, or the antecedent's x if both axes coincide."""
     x = Axis.z_of(before).normal(axis)
     return before.rotation[:, 0] if x is None else x
 
 
 def _nearer(x: Array, before: Placement) -> Array:
-    """Return x or -x, whichever is nearer to x of the antecedent; if normal to that, to its y, then its z."""
+    """Return x or -x, whichever is nearer to x of the antecedent; if orthogonal, nearer to its y, then its z."""
     sense = next((along for along in x @ before.rotation if abs(along) > UNDECIDED), 1.0)
     return -x if sense < 0 else x
 
 
 def _axes(z: Array, x: Array) -> Array:
-    """The rotation with this z and the x nearest to the given one."""
+    """Rotation with this z axis and the x axis nearest to the requested one."""
     y = _unit(np.cross(z, x))
     return np.column_stack([np.cross(y, z), y, z])
 

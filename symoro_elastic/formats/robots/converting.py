@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def machine_with_changes(description: Description, source: str, conversion: Conversion) -> DescribedMachine:
-    """The machine of a robot with the changes of a conversion; raises `InputError`.
+    """Convert a robot to a machine with the changes of a conversion; raises `InputError`.
 
     Where angles and lengths are snapped, a remark says how far frames are from those of the robot, and how far those of
     the exact table are.
@@ -50,7 +50,7 @@ SPRING, ROTOR = "_spring", "_rotor"
 
 
 def with_springs(description: Description, springs: Mapping[str, SpringOnJoint], source: str) -> Description:
-    """The robot with a spring behind the motors of some joints; raises `InputError`.
+    """Return the robot with springs between motor and load of some joints; raises `InputError`.
 
     The motor keeps the name of the joint, its friction and its rotor; the spring is that name with `_spring` and
     carries the link. Both turn about, or move along, the axis of the joint.
@@ -81,7 +81,7 @@ def _split(joint: LinkJoint, spring: SpringOnJoint | None) -> Iterator[LinkJoint
 
 
 def _refuse(description: Description, name: str, spring: SpringOnJoint, source: str) -> None:
-    """Raise `InputError` for a joint that a spring cannot split."""
+    """Raise `InputError` for a joint that cannot have a spring between motor and load."""
     joints = {joint.name: joint for joint in description.joints if joint.type is not JointType.FIXED}
     joint = joints.get(name)
     if joint is None:
@@ -112,7 +112,7 @@ def _describe(module: str, text: str, source: str) -> Description:
 
 
 def _read(module: str, text: str, source: str) -> DescribedMachine:
-    """The machine with the exact table of the robot in a text."""
+    """The machine of the robot in a text, by an exact table of modified DH parameters."""
     from symoro_elastic.formats.robots.modified_dh import machine_of
 
     return machine_of(_describe(module, text, source), source)

@@ -34,7 +34,7 @@ Length = float | Polynomial
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """The joint that moves a link, None on the base, and the link's placement in that joint's frame."""
+    """How a link is carried: the joint that moves it, None on the base, and its placement in the joint's frame."""
 
     joint: LinkJoint | None
     placement: Placement
@@ -42,7 +42,7 @@ class Carried:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """The links and joints of a description, known to be one tree.
+    """The links and joints of a description, verified to form one tree.
 
     `root` is the link that carries all others, `frame_0` the link whose frame is frame 0: the root, or the link that
     floats in it by the joint `floating`.
@@ -70,12 +70,12 @@ class Tree:
 
     @cached_property
     def moving(self) -> tuple[LinkJoint, ...]:
-        """The joints that move, in this order."""
+        """The moving joints, each before those that it carries, branch by branch."""
         return tuple(joint for joint in self.joints if joint.type is not JointType.FIXED)
 
     @cached_property
     def carrying(self) -> dict[str, Carried]:
-        """The joint that moves each link, and the placement of the link in that joint's frame."""
+        """By link: the joint that moves it, and the placement of the link in that joint's frame."""
         carriers = {self.frame_0: Carried(None, Placement())}
         for joint in self.joints:
             parent = carriers[joint.parent]
@@ -95,7 +95,7 @@ class Tree:
 
     @cached_property
     def carried_joints(self) -> dict[str, list[LinkJoint]]:
-        """The joints next to each joint in the tree, in order of the mass or number that they carry."""
+        """The moving joints directly carried by each joint, first the one that carries most joints."""
         carried: dict[str, list[LinkJoint]] = {joint.name: [] for joint in self.moving}
         weight = Counter({joint.name: 1 for joint in self.moving})
         for joint in reversed(self.moving):
@@ -167,7 +167,7 @@ def _root(links: list[str], above: dict[str, LinkJoint], source: str) -> str:
 
 
 def _cycle(links: Iterable[str], above: Mapping[str, LinkJoint]) -> list[str]:
-    """Links that carry each other around, from parents to children; none in a tree."""
+    """Links that form a cycle, from parents to children; empty in a tree."""
     clear: set[str] = set()
     for name in links:
         chain: dict[str, None] = {}
@@ -184,7 +184,7 @@ def _cycle(links: Iterable[str], above: Mapping[str, LinkJoint]) -> list[str]:
 def _floating(
     joints: Iterable[LinkJoint], root: str, children: dict[str, list[LinkJoint]], source: str
 ) -> LinkJoint | None:
-    """The joint by which the robot floats in its root."""
+    """The floating joint between the root, as world, and the robot; None for a fixed base."""
     floating = [joint for joint in joints if joint.type is JointType.FLOATING]
     for joint in floating:
         if joint.parent != root or len(children[root]) > 1:
@@ -216,19 +216,19 @@ class Tolerance:
 
     @classmethod
     def rounding(cls, size: float) -> Tolerance:
-        """Return the tolerance of rounding for a robot of this size, m."""
+        """Return the tolerance for rounding errors of a robot of this size, m."""
         return cls(ROUNDING, max(ROUNDING * size, SMALLEST))
 
     @classmethod
     def of(cls, tolerance: float, size: float) -> Tolerance:
-        """Return the tolerance of a user, rad and m."""
+        """Return the tolerance that a user states, rad and m."""
         exact = cls.rounding(size)
         return cls(max(tolerance, exact.angle), max(tolerance, exact.length), TWELFTH)
 
 
 @dataclass(frozen=True)
 class Row:
-    """Parameters of a row, rad and m."""
+    """Geometric parameters of a row of the table, rad and m."""
 
     gamma: float = 0.0
     b: Length = 0.0
@@ -238,7 +238,7 @@ class Row:
     r: Length = 0.0
 
     def put_into(self, joint: Joint, tolerance: Tolerance) -> Joint:
-        """Return the joint with these parameters in its row, zeros within the tolerance."""
+        """Return the joint with these geometric parameters, rounded to zero within the tolerance."""
         return replace(
             joint,
             gamma=angle_cell(self.gamma, tolerance),
@@ -251,7 +251,7 @@ class Row:
 
 
 def rows_of(T: Placement, tolerance: Tolerance) -> list[Row]:
-    """Return the rows of a displacement: one, or two for z axes that are nearly parallel and apart.
+    """Return the rows for a displacement: one, or two if the z axes are nearly parallel and apart.
 
     Two as well where z of both are parallel, and names decide in which direction they are apart.
     """
@@ -270,7 +270,7 @@ def rows_of(T: Placement, tolerance: Tolerance) -> list[Row]:
 
 
 def placement_of(joint: Joint) -> Placement:
-    """The displacement of a row whose cells are numbers, its variable at 0."""
+    """Displacement by a row whose cells are numbers, with its variable at 0."""
     keys = ("gamma", "b", "alpha", "d", "theta", "r")
     gamma, b, alpha, d, theta, r = (getattr(joint, key).value() for key in keys)
     return about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
@@ -285,14 +285,14 @@ def angle_cell(angle: float, tolerance: Tolerance) -> Formula:
 
 
 def length_cell(length: Length, tolerance: float) -> Formula:
-    """Return the formula of a length, or of any number with a tolerance below which it is zero."""
+    """Return the formula of a length or another number; zero if it is below the tolerance."""
     if isinstance(length, Polynomial):
         return length.without_rounding(tolerance).formula
     return ZERO if abs(length) <= tolerance else number_cell(length, tolerance)
 
 
 def number_cell(x: float, tolerance: float = 0.0) -> Formula:
-    """Return the formula of a number, in 15 digits if further ones are rounding errors.
+    """Return the formula of a number, in 15 digits if further digits are rounding errors.
 
     A decimal of 6 or 9 digits replaces it if that is within the tolerance, and far nearer than by chance.
     """
@@ -305,7 +305,7 @@ def number_cell(x: float, tolerance: float = 0.0) -> Formula:
 
 
 def _general(T: Placement) -> Row:
-    """The row of a displacement to an axis that is not parallel to z."""
+    """Row for a displacement to an axis that is not parallel to z."""
     (x, y, z3), p = T.rotation[:, 2], T.translation
     sine = math.hypot(x, y)
     r = (p[0] * x + p[1] * y) / (sine * sine)
@@ -313,7 +313,7 @@ def _general(T: Placement) -> Row:
 
 
 def _parallel(T: Placement, tolerance: Tolerance, across: Array, length: Length) -> Row:
-    """The row of a displacement to an axis parallel to z, or against it, apart by `across` (x, y) times `length`."""
+    """Row for a displacement to a parallel or antiparallel axis, at distance `across` (x, y) times `length`."""
     x, y = map(float, across)
     z = T.translation[2]
     apart = math.hypot(x, y) > tolerance.length
@@ -323,7 +323,7 @@ def _parallel(T: Placement, tolerance: Tolerance, across: Array, length: Length)
 
 
 def _row(T: Placement, gamma: float, alpha: float, d: Length, b: Length, r: Length) -> Row:
-    """The row with gamma between -pi/2 and pi/2, and the remaining theta."""
+    """Row for a displacement with gamma between -pi/2 and pi/2, given all parameters but theta."""
     if not UNDECIDED - QUARTER < gamma <= QUARTER + UNDECIDED:
         gamma, alpha, d = math.remainder(gamma + math.pi, 2 * math.pi), -alpha, -d
     normal = np.array([math.cos(gamma), math.sin(gamma), 0.0])
@@ -332,13 +332,13 @@ def _row(T: Placement, gamma: float, alpha: float, d: Length, b: Length, r: Leng
 
 
 def about_z(angle: float, shift: Length) -> Placement:
-    """Rot(z, angle) Trans(z, shift)."""
+    """Placement Rot(z, angle) Trans(z, shift)."""
     c, s = math.cos(angle), math.sin(angle)
     return Placement(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), np.array([0.0, 0.0, shift]))
 
 
 def about_x(angle: float, shift: Length) -> Placement:
-    """Rot(x, angle) Trans(x, shift)."""
+    """Placement Rot(x, angle) Trans(x, shift)."""
     c, s = math.cos(angle), math.sin(angle)
     return Placement(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), np.array([shift, 0.0, 0.0]))
 
@@ -366,7 +366,7 @@ def rpy_of(rotation: Array) -> tuple[float, float, float]:
 
 
 def displacement_at(joint: LinkJoint, x: float) -> Placement:
-    """Return the displacement of a link at a position, rad or m, of its joint, in axes of the link's frame."""
+    """Displacement of a link at a joint position, rad or m, in axes of the link's frame."""
     if joint.type is JointType.PRISMATIC:
         return Placement(translation=x * joint.axis)
     across = np.cross(np.eye(3), joint.axis)

@@ -25,7 +25,7 @@ HELD_ROWS = {Holding.POINT: [0, 1, 2], Holding.AXIS: [0, 1, 2, 3, 4], Holding.FR
 def following_joints(
     tree: Tree, connections: Sequence[Connection], slopes: Mapping[str, tuple[str, float]]
 ) -> dict[str, tuple[str, ...]]:
-    """Names of the dependent joints, by the name of their loop; none if its passive joints suffice.
+    """Choose dependent joints for each loop, by its name; none if its passive joints suffice.
 
     `slopes` are the joints that others follow, and in which proportion, by the names of the followers.
     """
@@ -45,7 +45,7 @@ def following_joints(
 
 
 def _stack_columns(conditions: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
-    """The columns of the joints in the conditions of all loops, one below the other."""
+    """Jacobian columns by joint for the conditions of all loops, stacked."""
     names = dict.fromkeys(name for columns in conditions for name in columns)
     heights = [len(next(iter(columns.values()))) if columns else 0 for columns in conditions]
     blocks = [*zip(conditions, heights, strict=True)]
@@ -60,7 +60,7 @@ def _rank(columns: list[Array]) -> int:
 
 
 def _columns(tree: Tree, connection: Connection, slopes: Mapping[str, tuple[str, float]]) -> dict[str, Array]:
-    """Change of the conditions of a connection with each joint that moves it, by name; followers count as leaders."""
+    """Jacobian columns of a connection's conditions by joint; followers count as their leaders."""
     first_end: Placement | None = None
     columns: dict[str, Array] = {}
     ends = ((connection.first, connection.on_first, -1.0), (connection.second, connection.on_second, 1.0))
@@ -93,7 +93,7 @@ def _branch(tree: Tree, link: str) -> Iterator[LinkJoint]:
 def _placements(
     tree: Tree, joints: list[LinkJoint], start: Mapping[str, float]
 ) -> Iterator[tuple[LinkJoint, Placement]]:
-    """Placements of the joints of a branch at the assembly of the loop."""
+    """Joints of a branch with their placements at the assembly of the loop."""
     before = Placement()
     for joint in joints:
         before = before * tree.seat(joint) * displacement_at(joint, start.get(joint.name, 0.0))

@@ -44,19 +44,19 @@ ON_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
 
 
 def describe(text: str, source: str) -> Description:
-    """The robot in an MJCF text; raises `InputError`, one line that names the body, the joint or the line."""
+    """Read the robot in an MJCF text; raises `InputError`, one line that names the body, the joint or the line."""
     return _Robot(mujoco_model(text, source)).description
 
 
 @dataclass(frozen=True, eq=False)
 class _Robot:
-    """A compiled model on the way to its description."""
+    """Conversion of a compiled MuJoCo model to a robot description."""
 
     compiled: Compiled
 
     @cached_property
     def description(self) -> Description:
-        """The robot."""
+        """Description of the robot."""
         parts = [part for b in self.bodies.modelled for part in self._chain(b)]
         model, gravity = self.bodies.model, not self.forces.off("GRAVITY")
         x, y, z = (float(g) * gravity for g in model.opt.gravity)
@@ -94,7 +94,7 @@ class _Robot:
 
     @cached_property
     def forces(self) -> Forces:
-        """Forces on the joints."""
+        """Forces on the joints of the model."""
         return replace(self.equalities.forces, tendons=self.equalities.tendons)
 
     @cached_property
@@ -108,7 +108,7 @@ class _Robot:
         return Equalities(self.bodies, Forces(self.bodies))
 
     def _chain(self, b: int) -> Iterator[tuple[Link, LinkJoint]]:
-        """The links of a body, the last one with its mass, each with the joint that carries it."""
+        """Links of a body with the joints that carry them; intermediate links are massless, the last has the mass."""
         carrier = int(self.bodies.model.body_parentid[b])
         parent, at = self.bodies.names[carrier], self.bodies.seat(b)
         if carrier:
@@ -126,7 +126,7 @@ class _Robot:
             parent, at, before = link.name, Placement(), freedom.anchor
 
     def _link(self, b: int) -> Link:
-        """The link with the mass of a body; one at rest needs none."""
+        """Link with mass and inertia of a body; without them for a body fixed to the world."""
         model = self.bodies.model
         name = self.bodies.names[b]
         shapes = self.shapes.get(name, ())
@@ -138,12 +138,12 @@ class _Robot:
         return Link(name, float(model.body_mass[b]), center, inertia, frame_only=False, shapes=shapes)
 
     def _link_after(self, b: int, freedom: Freedom) -> str:
-        """The link that a freedom of a body carries: the body, or one without mass where it has further ones."""
+        """Link carried by a freedom of a body: the body's for its last freedom, else a massless link."""
         is_last = freedom.name == self.bodies.freedoms(b)[-1].name
         return self.bodies.names[b] if is_last else distinct(f"{freedom.name}_link", self.bodies.names)
 
     def _joint(self, freedom: Freedom, parent: str, child: str, at: Placement) -> LinkJoint:
-        """A joint, at position 0 where the reference position puts the body as the file does."""
+        """Joint of a freedom, with its position zero such that the reference position gives the file's placement."""
         forces = self.forces.on(freedom)
         if freedom.type is JointType.FLOATING:
             return LinkJoint(freedom.name, freedom.type, parent, child, at, damping=forces["damping"])
@@ -163,13 +163,13 @@ class _Robot:
         return Placement(self.bodies.about(freedom.axis, position))
 
     def _at_assembly(self, connection: Connection) -> Connection:
-        """Return the connection with the positions at which the file assembles it."""
+        """Return the connection with the joint positions at which the file assembles it."""
         positions = {f.name: f.reference for b in self.bodies.modelled for f in self.bodies.freedoms(b)}
         return replace(connection, start=positions)
 
 
 def name_of_file(source: str) -> str:
-    """Name of a machine without a name in its file."""
+    """Machine name from the name of its file, for a file that states none."""
     return name_of(source.replace("\\", "/").rpartition("/")[2].rpartition(".")[0])
 
 
@@ -177,7 +177,7 @@ OF_TENDONS = ("stiffness", "damping", "frictionloss", "armature", "limited")
 
 
 def _remarks(bodies: Bodies, forces: Forces, equalities: Equalities) -> Iterator[str]:
-    """Yield remarks on what is omitted from a file, and on what is interpreted differently."""
+    """Yield remarks on omitted contents of a file, and on contents with another interpretation."""
     model = bodies.model
     if bodies.objects:
         yield f"free bodies besides the robot are ignored: {list_of_names(bodies.names[b] for b in bodies.objects)}"
@@ -226,14 +226,14 @@ def _without_model(bodies: Bodies, forces: Forces) -> Iterator[str]:
 # Equality constraints of a compiled MJCF model: joints that follow others, and connections that close loops.
 @dataclass(frozen=True, eq=False)
 class Equalities:
-    """The equality constraints of a model that are in force."""
+    """The active equality constraints of a model."""
 
     bodies: Bodies
     forces: Forces
 
     @cached_property
     def followers(self) -> dict[int, Mimicked | float]:
-        """By joint number: the joint that it follows, or the fixed position, rad or m."""
+        """By joint number: the law of a following joint, or its fixed position, rad or m."""
         followers: dict[int, Mimicked | float] = {}
         for e in self._of(FOLLOWING):
             first, second = int(self._model.eq_obj1id[e]), int(self._model.eq_obj2id[e])
@@ -250,7 +250,7 @@ class Equalities:
 
     @cached_property
     def tendons(self) -> dict[int, list[tuple[int, float]]]:
-        """By joint number: the actuators on fixed tendons of it and of its followers, with gears."""
+        """By joint number: actuators with gears on fixed tendons of the joint and of its followers."""
         by_joint: dict[int, list[tuple[int, float]]] = {}
         for a, gears in self.forces.on_tendons.items():
             moved = [(self._leader(j), gear) for j, gear in gears.items()]
@@ -260,7 +260,7 @@ class Equalities:
         return by_joint
 
     def _leader(self, j: int) -> tuple[int | None, float]:
-        """The independent joint that a joint follows, and the ratio; None if that is not constant."""
+        """Independent joint that a joint follows, and the ratio; None if the ratio is not constant."""
         slope = 1.0
         while j in self.followers:
             law = self.followers[j]
@@ -276,12 +276,12 @@ class Equalities:
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:
-        """Names of omitted constraints: of tendons, of omitted bodies, and disabled ones."""
+        """Names of omitted constraints: on tendons, on omitted bodies, and disabled ones."""
         modelled = set(self._of(FOLLOWING)) | {e for e in self._of(CONNECT, WELD) if self._connection(e)}
         return tuple(self.name(e) for e in range(self._model.neq) if e not in modelled)
 
     def name(self, e: int) -> str:
-        """The name of a constraint; its type and number without a name in the file."""
+        """Name of a constraint, or its type and number if it has none in the file."""
         names = [self._model.equality(k).name for k in range(self._model.neq)]
         return names[e] or f"{self._type(e).removeprefix('mjEQ_').lower()}{e + 1}"
 
@@ -294,12 +294,12 @@ class Equalities:
         return name
 
     def _of(self, *types: str) -> Iterator[int]:
-        """Numbers of the constraints of some types that are in force."""
+        """Numbers of the active constraints of some types."""
         if not self.forces.off("EQUALITY") and not self.forces.off("CONSTRAINT"):
             yield from (e for e in range(self._model.neq) if self._type(e) in types and self._model.eq_active0[e])
 
     def _law(self, e: int, first: int, second: int) -> Polynomial:
-        """The position of the first joint as a polynomial of that of the second."""
+        """Position of the first joint as a polynomial of the second joint's position."""
         own, other = (float(self._model.qpos0[self._model.jnt_qposadr[j]]) if j >= 0 else 0.0 for j in (first, second))
         coefficients = self._model.eq_data[e][: 5 if second >= 0 else 1]
         law: Polynomial = Polynomial(coefficients)(Polynomial([-other, 1.0])) + own
@@ -316,7 +316,7 @@ class Equalities:
         return Mimicked(self.bodies.joint_names[second], multiplier, offset, tuple(powers))
 
     def _connection(self, e: int) -> Connection | None:
-        """A connection of two links; None for an omitted body, or for one link."""
+        """Connection of two links by a constraint; None for an omitted body, or within one link."""
         ends = self._ends(e)
         if ends is None or ends[0][0] == ends[1][0]:
             return None
@@ -325,7 +325,7 @@ class Equalities:
         return Connection(self.name(e), first, second, on_first, on_second, holding)
 
     def _ends(self, e: int) -> tuple[tuple[str, Placement], tuple[str, Placement]] | None:
-        """The link of each of the two frames that coincide, and the placement of the frame there."""
+        """The two coinciding frames of a constraint, each as a link and the frame's placement in it."""
         model, data = self._model, self._model.eq_data[e]
         objects = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
         if model.eq_objtype[e] == self.bodies.compiled.mujoco.mjtObj.mjOBJ_SITE:
@@ -348,7 +348,7 @@ SAME_LENGTH = 1e-9
 
 
 def with_hinges(connections: Sequence[Connection]) -> tuple[Connection, ...]:
-    """Return the connections, two links that are held together at two points as a hinge through both."""
+    """Return the connections, with two point connections between the same links replaced by a hinge."""
     pairs: dict[tuple[str, str], list[Connection]] = {}
     for connection in connections:
         if connection.holding is Holding.POINT:
@@ -403,7 +403,7 @@ def _shapes(bodies: Bodies, g: int) -> Iterator[BodyShape]:
 
 
 def _from_inertial(bodies: Bodies, g: int) -> Array:
-    """The frame of the points of a file in that of their inertia, in which MuJoCo keeps a mesh."""
+    """The placement that maps a mesh's points from MuJoCo's inertial frame to the frame of their file."""
     mesh = bodies.model.geom_dataid[g]
     return _placement(bodies, bodies.model.mesh_quat[mesh], bodies.model.mesh_pos[mesh]).inverse.matrix
 
@@ -414,7 +414,7 @@ def _placement(bodies: Bodies, quaternion: Array, position: Array) -> Placement:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Forces on the joints of a model; `tendons` are actuators, with their gears, on tendons of a single joint."""
+    """Forces on the joints of a model; `tendons` are actuators with gears, acting on a joint by fixed tendons."""
 
     bodies: Bodies
     tendons: Mapping[int, Sequence[tuple[int, float]]] = field(default_factory=dict)
@@ -445,12 +445,12 @@ class Forces:
         }
 
     def gears(self, j: int) -> list[tuple[int, float]]:
-        """The actuators that drive a joint, with the speed of each for one of the joint."""
+        """Actuators that drive a joint, with the ratio of actuator speed to joint speed."""
         own = [(a, float(self.bodies.model.actuator_gear[a][0])) for a in self.actuators.get(j, ())]
         return [*own, *self.tendons.get(j, ())]
 
     def limits(self, freedom: Freedom) -> JointLimits:
-        """The limits of a joint that turns or slides: its position, and the torque that its actuators give together."""
+        """Limits of a revolute or prismatic joint: its position, and the total torque of its actuators."""
         if self._is_ball(freedom) or freedom.type is JointType.FLOATING:
             return JointLimits()
         model, j = self.bodies.model, freedom.number
@@ -477,7 +477,7 @@ class Forces:
         return min(first, second), max(first, second)
 
     def _has_law(self, a: int) -> bool:
-        """Whether the force of an actuator differs from its control times a number."""
+        """Whether the force of an actuator is not proportional to its control."""
         model = self.bodies.model
         return bool(model.actuator_dyntype[a] or model.actuator_gaintype[a] or model.actuator_biastype[a])
 
@@ -488,7 +488,7 @@ class Forces:
 
     @cached_property
     def actuators(self) -> dict[int, list[int]]:
-        """Numbers of the actuators on each joint that turns or slides."""
+        """Numbers of the actuators on each revolute or prismatic joint."""
         actuators: dict[int, list[int]] = {}
         for a in range(self.bodies.model.nu):
             if a not in self.elsewhere:
@@ -497,7 +497,7 @@ class Forces:
 
     @cached_property
     def on_tendons(self) -> dict[int, dict[int, float]]:
-        """Speeds of the actuators on fixed tendons for one of each of its joints, by the numbers of both."""
+        """Ratios of actuator speed to joint speed on fixed tendons, by actuator and joint number."""
         model, mujoco = self.bodies.model, self.bodies.compiled.mujoco
         speeds: dict[int, dict[int, float]] = {}
         for a in range(model.nu):
@@ -517,16 +517,16 @@ class Forces:
 
     @cached_property
     def elsewhere(self) -> tuple[int, ...]:
-        """Numbers of the actuators that act on a tendon, a body, or on a joint of several freedoms."""
+        """Numbers of the actuators that act on a tendon, a body, or a joint with several freedoms."""
         return tuple(a for a in range(self.bodies.model.nu) if not self._is_on_joint(a))
 
     def is_more_than_torque(self, a: int) -> bool:
-        """Whether the control of an actuator is not the torque, or force, on its joint."""
+        """Whether the control of an actuator differs from the torque, or force, on its joint."""
         model = self.bodies.model
         return self._has_law(a) or model.actuator_gainprm[a][0] != 1 or model.actuator_gear[a][0] != 1
 
     def _is_on_joint(self, a: int) -> bool:
-        """Whether an actuator acts on a joint that turns or slides."""
+        """Whether an actuator acts on a revolute or prismatic joint."""
         kind = self.bodies.compiled.mujoco.mjtTrn(self.bodies.model.actuator_trntype[a]).name
         simple = (JointType.REVOLUTE, JointType.PRISMATIC)
         return kind in ON_JOINTS and self.bodies.type_of(self.bodies.model.actuator_trnid[a][0]) in simple
@@ -535,7 +535,7 @@ class Forces:
         return freedom.name != self.bodies.joint_names[freedom.number]
 
     def _faults(self, freedom: Freedom) -> Iterator[str]:
-        """Faults of actuators that no machine can represent, and the way out."""
+        """Properties of actuators that no machine can represent, with a remedy each."""
         model, j = self.bodies.model, freedom.number
         v = model.jnt_dofadr[j]
         several = 6 if freedom.type is JointType.FLOATING else 3 if self._is_ball(freedom) else 0

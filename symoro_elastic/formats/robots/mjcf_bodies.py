@@ -20,7 +20,7 @@ TYPES = {"mjJNT_HINGE": JointType.REVOLUTE, "mjJNT_SLIDE": JointType.PRISMATIC, 
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """One degree of freedom of a body, or the six of a free one.
+    """One degree of freedom of a body, or the six of a floating body.
 
     `number` is that of the joint in MuJoCo; `axis` and `anchor` (3,) are in axes of the body, `reference` is the
     position, rad or m, at which the body stands as the file places it.
@@ -46,7 +46,7 @@ class Bodies:
 
     @property
     def model(self) -> Any:
-        """MuJoCo's model."""
+        """The compiled model of MuJoCo."""
         return self.compiled.model
 
     @cached_property
@@ -73,7 +73,7 @@ class Bodies:
 
     @cached_property
     def objects(self) -> tuple[int, ...]:
-        """Numbers of the free bodies in addition to a robot that is fixed to the world."""
+        """Numbers of the free bodies, such as objects, in addition to a robot that is fixed to the world."""
         free_roots = sorted(b for b in self._moving_roots if self.is_free(b))
         if len(free_roots) < len(self._moving_roots):
             return tuple(free_roots)
@@ -90,21 +90,21 @@ class Bodies:
         return bool(self.model.body_jntnum[b]) and self.type_of(first) is JointType.FLOATING
 
     def freedoms(self, b: int) -> tuple[Freedom, ...]:
-        """The degrees of freedom of a body, from the one that carries it outwards."""
+        """The degrees of freedom of a body, in order from its parent outwards."""
         first = self.model.body_jntadr[b]
         return tuple(freedom for j in range(first, first + self.model.body_jntnum[b]) for freedom in self._freedoms(j))
 
     def on_link(self, b: int) -> Placement:
-        """Placement of the frame of a body of the robot in that of its link."""
+        """Placement of the frame of a body in the frame of its link."""
         freedoms = self.freedoms(b)
         return Placement(translation=-freedoms[-1].anchor) if freedoms else Placement()
 
     def seat(self, b: int) -> Placement:
-        """Placement of the frame of a body in that of the body that carries it, as the file places it."""
+        """Placement of a body's frame in its parent's frame, as stated in the file."""
         return Placement(self.rotation(self.model.body_quat[b]), self.model.body_pos[b].copy())
 
     def place(self, b: int) -> tuple[str, Placement] | None:
-        """The link that holds a body, and the placement of its frame there; None for omitted bodies.
+        """Link that a body belongs to, and the placement of the body's frame in it; None for omitted bodies.
 
         Scenery is on the world.
         """
@@ -132,12 +132,12 @@ class Bodies:
 
     @cached_property
     def _moving_roots(self) -> set[int]:
-        """The bodies on the world with joints in their trees."""
+        """Numbers of the bodies on the world with joints in their subtrees."""
         return {int(self.model.body_rootid[b]) for b in range(1, self.model.nbody) if self.model.body_jntnum[b]}
 
     @cached_property
     def _carrying(self) -> set[int]:
-        """The bodies with joints, and those that carry such bodies."""
+        """Numbers of the bodies with joints, and of their ancestors."""
         bodies: set[int] = set()
         for b in range(self.model.nbody - 1, 0, -1):
             if self.model.body_jntnum[b] or b in bodies:

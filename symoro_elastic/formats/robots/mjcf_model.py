@@ -63,7 +63,7 @@ READ = {
 
 @dataclass
 class Sizes:
-    """Sizes of a model: its elements with copies, the copies, and the largest list of an element."""
+    """Element counts of a model: with copies, the copies alone, and the largest list of an element."""
 
     elements: int = 0
     copied: int = 0
@@ -95,7 +95,7 @@ class Sizes:
 
 
 def _refuse_mesh(element: Element, file: str) -> None:
-    """Raise `InputError` for a mesh that MuJoCo would make of very many triangles."""
+    """Raise `InputError` for a mesh that MuJoCo would generate with too many triangles."""
     if element.tag == "mesh" and "builtin" in element.attrib:
         for word in element.get("params", "").split()[:2]:
             if _value(word) > MOST_IN_MESH:
@@ -104,7 +104,7 @@ def _refuse_mesh(element: Element, file: str) -> None:
 
 
 def with_copies(root: Element, before: int) -> Iterator[tuple[Element, int]]:
-    """Yield every element in its order, with how often each <replicate> around it repeats it."""
+    """Yield each element with the number of copies by the <replicate> elements around it."""
     waiting = [(root, before)]
     while waiting:
         element, times = waiting.pop()
@@ -115,13 +115,13 @@ def with_copies(root: Element, before: int) -> Iterator[tuple[Element, int]]:
 
 
 def _number(element: Element, key: str, default: int = 0) -> int:
-    """Return the whole number of an attribute, 0 for a negative one."""
+    """Return the integer of an attribute, 0 for a negative one."""
     value = _value(element.get(key, "")) if element.get(key, "").strip() else default
     return int(min(value, 10**18))
 
 
 def _value(word: str) -> float:
-    """Return a number, infinite for a word that MuJoCo may accept as a number."""
+    """Return a number, infinite for another word that MuJoCo may accept as a number."""
     for read in (float, lambda text: float(int(text, 0))):
         try:
             value = read(word.strip())
@@ -152,7 +152,7 @@ class Compiled:
 
 
 def mujoco_model(text: str, source: str) -> Compiled:
-    """Return the model that MuJoCo makes of an MJCF text; raises `InputError`.
+    """Compile an MJCF text by MuJoCo; raises `InputError`.
 
     Shapes are dropped where they give no inertia, so their files are not needed.
     """
@@ -176,7 +176,7 @@ def mujoco_model(text: str, source: str) -> Compiled:
 
 
 def _mujoco() -> Any:
-    """The package mujoco, in a version whose models distinguish linear springs."""
+    """Return the package mujoco; raises `InputError` for a version that does not distinguish linear springs."""
     mujoco = import_optional("mujoco", "reading MJCF", "mjcf")
     if int(mujoco.__version__.partition(".")[0]) < OLDEST:
         what = f"version {mujoco.__version__} is installed, reading MJCF needs {OLDEST}: pip install -U mujoco"
@@ -186,7 +186,7 @@ def _mujoco() -> Any:
 
 @contextmanager
 def _in_silence(mujoco: Any) -> Iterator[None]:
-    """Record MuJoCo's warnings instead of printing them and writing a file in the working folder."""
+    """Context in which MuJoCo's warnings are neither printed nor written to a file in the working folder."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
     try:
@@ -208,7 +208,7 @@ def _refuse_without_measure(model: Any, source: str) -> None:
 
 
 def _said(message: str, source: str) -> InputError:
-    """Return the message of MuJoCo as one line, with the line of the file if it names one."""
+    """Return MuJoCo's message as an error of one line, with the line of the file if the message has one."""
     line = re.search(r"line\s*(?:number=)?\s*([1-9]\d*)", message)
     text = " ".join(re.sub(r"[^\x20-\x7e]+", " ", re.sub(r"(?i)^(XML )?Error:?", "", message)).split())
     return InputError(source, f"line {line[1]}" if line else "file", f"MuJoCo does not read it: {text[:200]}")
@@ -249,7 +249,7 @@ def _drop_shapes(spec: Any, mujoco: Any) -> Iterator[tuple[Any, BodyShape]]:
 
 
 def _files_of(spec: Any, mujoco: Any) -> dict[str, BodyShape]:
-    """The meshes of files by their names, with sizes about their reference points; no file is opened."""
+    """Meshes from files by name, with their scales and reference points; no file is opened."""
     meshes = {}
     for mesh in spec.meshes:
         path = PurePosixPath(mesh.file)
@@ -264,13 +264,13 @@ def _files_of(spec: Any, mujoco: Any) -> dict[str, BodyShape]:
 
 
 def _path_of(spec: Any, file: str) -> str:
-    """The path of the file of a mesh from the folder of the model."""
+    """Path of a mesh file, relative to the folder of the model."""
     path = PurePosixPath(file)
     return path.name if spec.strippath else str(PurePosixPath(spec.compiler.meshdir) / path)
 
 
 def _take_meshes(spec: Any, sources: Sources) -> None:
-    """Keep the meshes that inertias need, and delete the others."""
+    """Load the meshes that inertias require, and delete the others."""
     needed = {geom.meshname: geom.parent.name for geom in spec.geoms if geom.meshname}
     for k, mesh in enumerate(list(spec.meshes)):
         path = PurePosixPath(mesh.file)
@@ -294,7 +294,7 @@ DEFORMABLE = {"flexcomp", "flex", "composite"}
 
 @dataclass
 class Sources:
-    """The text of a model with those of the parts that it includes, by their paths from its folder."""
+    """Texts of a model and of its included files, by their paths relative to its folder."""
 
     text: str
     path: str
@@ -303,7 +303,7 @@ class Sources:
 
     @property
     def folder(self) -> Path:
-        """The folder of the model: no file outside it is read."""
+        """Folder of the model; no file outside it is read."""
         return Path(self.path).resolve().parent
 
     def shape(self, name: str, needed_by: str) -> bytes:
@@ -322,7 +322,7 @@ class Sources:
         return InputError(self.path, place, what)
 
     def _inside(self, name: str, place: str, remedy: str) -> Path:
-        """Return the path of a file in the folder of the model, links resolved."""
+        """Return the resolved path of a file in the folder of the model; raises `InputError` for one outside."""
         try:
             file = (self.folder / name).resolve()
         except (OSError, ValueError, RuntimeError):
@@ -332,7 +332,7 @@ class Sources:
         return file
 
     def include(self, name: str, by: str) -> tuple[str, str]:
-        """Return the path of an included file from the folder, and its text; `by` is the path of the including file."""
+        """Return the relative path and the text of a file included by the file `by`."""
         place = f"include {quote(name)}"
         remedy = "copy it into the folder"
         sibling = str(PurePosixPath(by).parent / name)
@@ -344,7 +344,7 @@ class Sources:
 
 
 def sources_of(text: str, path: str) -> Sources:
-    """Return the text of a model with its parts; raises `InputError` for unreadable ones."""
+    """Return the texts of a model and of its included files; raises `InputError` for unreadable ones."""
     sources = Sources(text, path)
     root = root_element(text, path)
     if root.tag != "mujoco":
@@ -355,7 +355,7 @@ def sources_of(text: str, path: str) -> Sources:
 
 
 def _take(root: Element, file: str, path: str, sources: Sources, copies: int = 1) -> None:
-    """Refuse elements that are not supported, and add included files with theirs."""
+    """Count the elements of a file and of its included files, which are added; reject unsupported ones."""
     for element, times in with_copies(root, copies):
         _refuse(element, file)
         sources.sizes.add(element, times, file)
@@ -379,7 +379,7 @@ def _include(element: Element, by: str, sources: Sources, copies: int) -> None:
 
 
 def _refuse(element: Element, file: str) -> None:
-    """Refuse models that are not trees of rigid bodies."""
+    """Raise `InputError` for elements of models that are not trees of rigid bodies."""
     if element.tag in DEFORMABLE:
         raise InputError(file, f"<{element.tag}>", "it makes deformable bodies: only rigid ones are modelled")
     if element.tag == "plugin":

@@ -57,7 +57,7 @@ MJCF = Holds(
 
 
 def write(machine: Machine) -> str:
-    """The MJCF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
+    """Return the MJCF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
     motors = {joint.name for joint in machine.joints if joint.kind is Kind.MOTOR}
     for loop in machine.loops:
         driven = [name for name in loop.dependent if name in motors]
@@ -70,7 +70,7 @@ def write(machine: Machine) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Writer:
-    """A robot on the way to MJCF."""
+    """Conversion of a robot description to MJCF."""
 
     robot: Description
     tree: Tree
@@ -110,7 +110,7 @@ class _Writer:
         return tostring(root, encoding="unicode") + "\n"
 
     def _base(self, world: Element) -> Element:
-        """The element that carries the joints on the base: the world, or the floating body."""
+        """Add the base to the world; return the element for its joints: the world, or the floating body."""
         if not self.tree.floating:
             return world
         body = SubElement(world, "body", name=self.tree.frame_0)
@@ -124,7 +124,7 @@ class _Writer:
 
     @cached_property
     def groups(self) -> list[list[LinkJoint]]:
-        """The joints on each body: one, preceded by those of massless links that carry nothing else."""
+        """The joints of each body: one, preceded by those of massless links that carry nothing else."""
         groups: list[list[LinkJoint]] = []
         for joint in self.tree.moving:
             carrier = self.tree.carrier(joint)
@@ -139,7 +139,7 @@ class _Writer:
         return groups
 
     def _is_massless(self, joint: LinkJoint) -> bool:
-        """Return whether a massless link carries one joint and no frames, so that one body can hold both joints."""
+        """Return whether a link is massless and carries one joint and no frames, so that one body has both joints."""
         link = together(self.tree.links_on(joint))
         bare = not link.mass and not link.inertia.any() and not link.center.any()
         return bare and len(self.tree.carried_joints[joint.name]) == 1 and joint.name not in self._with_frames
@@ -157,7 +157,7 @@ class _Writer:
 
     @cached_property
     def references(self) -> dict[str, float]:
-        """The positions, rad or m, of the joints at which the file places the bodies: the starts of loops, or 0."""
+        """Reference positions of the joints, rad or m, at which the file places bodies: starts of loops, or 0."""
         start = {name: x for connection in self.robot.connections for name, x in connection.start.items()}
         for joint in self.tree.moving:
             if joint.follows:
@@ -165,11 +165,11 @@ class _Writer:
         return start
 
     def _reference_placement(self, joint: LinkJoint) -> Placement:
-        """Placement of a link's frame at the reference, relative to position 0 of its joint."""
+        """Placement of a link's frame at the reference position, relative to position 0 of its joint."""
         return displacement_at(joint, self.references.get(joint.name, 0.0))
 
     def _add_body(self, carrier: Element, group: list[LinkJoint]) -> Element:
-        """A body with its joints, its inertia and its frames; returns it."""
+        """Add a body with its joints, its inertia and its frames, and return its element."""
         after = [self._reference_placement(group[0])]
         for joint in group[1:]:
             after.append(after[-1] * self.tree.seat(joint) * self._reference_placement(joint))
@@ -185,17 +185,17 @@ class _Writer:
 
     @cached_property
     def size(self) -> float:
-        """The largest distance of a joint from the one before, m."""
+        """Size of the robot: the largest distance between consecutive joints, m."""
         return size_of(self.robot)
 
     def _placement_attributes(self, name: str, at: Placement) -> dict[str, str]:
-        """Name of a body or site, distinct from the world, and its placement, zeros omitted."""
+        """Name attribute of a body or site, distinct from the world, and its placement without zeros."""
         point, angles = plain(at.translation, self.size), plain(np.array(rpy_of(at.rotation)))
         attributes = {"name": distinct(name, (WORLD,))} | ({"pos": numbers_text(point)} if point.any() else {})
         return attributes | ({"euler": numbers_text(angles)} if angles.any() else {})
 
     def _add_frames(self, body: Element, joint: LinkJoint | None) -> None:
-        """The leaves on a body as bodies without joints, and other frames as sites."""
+        """Add the frames on a link: leaves as bodies without joints, others as sites."""
         for leaf in self.tree.leaves:
             if self.tree.carrier(leaf) is joint:
                 SubElement(body, "body", self._placement_attributes(leaf.child, self.tree.seat(leaf)))
@@ -221,7 +221,7 @@ class _Writer:
         SubElement(body, "inertial", {key: numbers_text(numbers) for key, numbers in inertial.items()})
 
     def _add_law(self, equality: Element, joint: LinkJoint) -> None:
-        """The constraint of a joint that follows another: a polynomial of the distance from its reference."""
+        """Add the constraint of a following joint: a polynomial of the deviation from its reference."""
         if not joint.follows:
             return
         law = _law(joint)(Polynomial([self.references.get(joint.follows.joint, 0.0), 1.0]))
@@ -231,7 +231,7 @@ class _Writer:
         SubElement(equality, "joint", names | {"polycoef": coefficients})
 
     def _add_loop(self, equality: Element, connection: Connection, on: dict[str, Element]) -> None:
-        """The constraint of a loop, between sites: of points, or of frames; two points make a hinge."""
+        """Add the constraint of a loop between sites: of points or frames; two points make a hinge."""
         kinds = {Holding.FRAME: "weld"}
         along = about_z(0.0, self.size)
         shifts = {"": Placement(), **({"_axis": along} if connection.holding is Holding.AXIS else {})}
@@ -250,13 +250,13 @@ class _Writer:
 
 
 def _law(joint: LinkJoint) -> Polynomial:
-    """Polynomial of a joint's position by that of the joint it follows."""
+    """Polynomial of a joint's position in the position of the joint that it follows."""
     assert joint.follows
     return Polynomial([joint.follows.offset, joint.follows.multiplier, *joint.follows.powers])
 
 
 def _attributes(joint: LinkJoint, point: Array, axis: Array, reference: float) -> dict[str, str]:
-    """Attributes of a joint in MJCF, zeros omitted."""
+    """MJCF attributes of a joint, zeros omitted."""
     kind = "slide" if joint.type is JointType.PRISMATIC else "hinge"
     forces: dict[str, Any] = {key: getattr(joint, name) for name, key in FORCES.items()}
     forces = {"ref": reference, **forces}
@@ -271,7 +271,7 @@ def _ends(limits: Range) -> str:
 
 
 def _lost_limits(joint: LinkJoint) -> str:
-    """Return a comment on limits that MJCF cannot hold."""
+    """Return a comment on limits that MJCF cannot represent; empty without such limits."""
     names = ("velocity", "acceleration") if joint.driven else ("velocity", "acceleration", "torque")
     lost = [name for name in names if getattr(joint.limits, name) is not None]
     return f" left out: limits of {' and '.join(lost)} of {joint.name} " if lost else ""

@@ -73,7 +73,7 @@ MOST_ERROR = 1e-12
 
 @dataclass(frozen=True)
 class Deviation:
-    """The largest rotation, rad, and displacement, m, between frames of the table and of the robot."""
+    """Deviation of the table's frames from the robot's: largest entry of R - 1, rad, and displacement, m."""
 
     rotation: float
     translation: float
@@ -81,19 +81,19 @@ class Deviation:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The table of a robot: `machine`, and the `deviation` of its frames at position 0."""
+    """The machine with the table of a robot, and the `deviation` of its frames at position 0."""
 
     machine: DescribedMachine
     deviation: Deviation
 
 
 def machine_of(description: Description, source: str) -> DescribedMachine:
-    """The machine with the exact table of a robot; raises `InputError` that names the joint or the link."""
+    """Convert a robot to a machine with an exact table; raises `InputError` that names the joint or the link."""
     return table_of(description, source).machine
 
 
 def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
-    """The table of a robot, exact but for rounding, or with angles and lengths within `snap` (rad, m) of simple ones.
+    """Convert a robot to a table, exact but for rounding, or with cells within `snap` (rad, m) of simple values.
 
     Angles are then multiples of pi/12 and lengths zero. Raises `InputError` that names the joint or the link.
     """
@@ -111,7 +111,7 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A frame with a row: its carrying joint, None on frame 0, and its placement in that joint's frame.
+    """A frame with a row: the joint that carries it, None on frame 0, and its placement in the joint's frame.
 
     `joint` is the joint that moves it there; a leaf and the ends of a loop have none. `closes` is the connection whose
     cut joint it is.
@@ -126,7 +126,7 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Builder:
-    """A robot on the way to its table."""
+    """Conversion of a robot description to a table of modified DH parameters."""
 
     tree: Tree
     source: str
@@ -174,7 +174,7 @@ class _Builder:
                     yield self._named_frame(name if is_free else f"{what} {name}", on, at)
 
     def _on_row(self, frame: PlacedFrame) -> tuple[str, Placement]:
-        """The row that carries a frame, empty for frame 0, and its placement there."""
+        """Row that carries a frame, empty for frame 0, and the frame's placement in it."""
         if frame.link in self._leaves_with_rows:
             return frame.link, frame.placement
         carried = self.tree.carrying[frame.link]
@@ -183,7 +183,7 @@ class _Builder:
 
     @cached_property
     def _leaves_with_rows(self) -> frozenset[str]:
-        """Names of the leaves that differ from joints with a row."""
+        """Names of the leaf links whose names differ from those of moving joints."""
         return frozenset(joint.child for joint in self.tree.leaves) - {joint.name for joint in self.tree.moving}
 
     def _is_still(self, at: Placement) -> bool:
@@ -197,7 +197,7 @@ class _Builder:
         return NamedFrame(name, on, (x, y, z), (roll, pitch, yaw))
 
     def _remarks(self) -> Iterator[str]:
-        """Yield remarks on entries of the table that may surprise users of the robot."""
+        """Yield remarks on entries of the table that users of the robot may not expect."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
             limited = any(joint.limits for joint in self.tree.moving if joint.follows)
@@ -219,7 +219,7 @@ class _Builder:
 
     @cached_property
     def deviation(self) -> Deviation:
-        """Between the frames of the machine and those of the robot, at position 0."""
+        """Deviation of the machine's frames from those of the robot, at position 0."""
         largest = [0.0, 0.0]
         for realized, target in self._realized_and_wanted():
             between = target.inverse * realized
@@ -228,7 +228,7 @@ class _Builder:
         return Deviation(*largest)
 
     def _realized_and_wanted(self) -> Iterator[tuple[Placement, Placement]]:
-        """Placements at position 0 of the frames of rows, then of the file's, by the table and by the robot."""
+        """Placements of frames at position 0, by the table and by the robot: those of rows, then the named ones."""
         realized = [Placement()]
         for row in self.rows:
             realized.append(realized[row.antecedent] * placement_of(row))
@@ -249,7 +249,7 @@ class _Builder:
 
     @cached_property
     def size(self) -> float:
-        """Largest distance of a joint, or of a centre of mass, from the joint before, m."""
+        """Size of the robot: largest distance of a joint or a centre of mass from the preceding joint, m."""
         places = [joint.placement.translation for joint in self.tree.joints]
         centers = [link.center for link in self.tree.description.links]
         return max(LEAST_SIZE, *(float(np.abs(x).max()) for x in (*places, *centers)))
@@ -269,7 +269,7 @@ class _Builder:
         return (*moving, *leaves, *ends)
 
     def _ends(self, connection: Connection) -> Iterator[Placed]:
-        """The cut joint of a loop, and the frame that it meets."""
+        """Frames at the ends of a connection: the cut joint of the loop, and the frame that it meets."""
         on = ((CUT, connection.first, connection.on_first), (END, connection.second, connection.on_second))
         for suffix, link, place in on:
             if link not in self.tree.carrying:
@@ -283,7 +283,7 @@ class _Builder:
             yield Placed(connection.name + suffix, carried.joint, target, closes=cut)
 
     def _loops(self, machine: DescribedMachine) -> Iterator[Loop]:
-        """The loops that the connections close: the last rows of the machine are their ends."""
+        """Loops of the connections, whose ends are the last rows of the machine."""
         connections = self.tree.description.connections
         ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
         following = following_joints(self.tree, connections, self._slopes)
@@ -296,18 +296,18 @@ class _Builder:
 
     @cached_property
     def _slopes(self) -> dict[str, tuple[str, float]]:
-        """The independent joints of followers, and their ratios about position 0."""
+        """Independent joint of each following joint, and the ratio at position 0."""
         laws = {joint.name: self.followers.leader(joint) for joint in self.tree.moving if joint.follows}
         return {name: (law.joint, law.multiplier) for name, law in laws.items()}
 
     @property
     def followers(self) -> Followers:
-        """The joints of the robot that follow others."""
+        """Following joints of the robot."""
         return Followers(self.tree, self.source)
 
     @cached_property
     def frames(self) -> dict[str, Placement]:
-        """The frames of moving joints in the table, in their frames of the description."""
+        """Frames of moving joints in the table, relative to their frames in the description."""
         frames: dict[str, Placement] = {}
         for joint in self.tree.moving:
             carrier = self.tree.carrier(joint)
@@ -316,23 +316,23 @@ class _Builder:
         return frames
 
     def _axis_after(self, joint: LinkJoint) -> Axis | None:
-        """The axis of the next joint, the one that carries most."""
+        """Axis of the next joint, on a branch the one that carries most joints."""
         for after in self.tree.carried_joints[joint.name]:
             seat = self.tree.seat(after)
             return Axis(seat.translation, seat.rotation @ after.axis)
         return None
 
     def _frame_of(self, joint: LinkJoint | None) -> Placement:
-        """The frame of a joint that moves, else that of its link."""
+        """Frame of a moving joint in the table; the identity for frame 0 and fixed joints."""
         return self.frames.get(joint.name, Placement()) if joint else Placement()
 
     def _displacement(self, frame: Placed) -> Placement:
-        """Placement of the frame of a row in that of the row that carries it."""
+        """Placement of a row's frame in the frame of the row that carries it."""
         return self._frame_of(frame.carrier).inverse * frame.target
 
     @property
     def rows(self) -> list[Joint]:
-        """The rows of the table; coupled ones without their formulas."""
+        """Rows of the table; coupled ones still without their formulas."""
         return self._rows_and_numbers[0]
 
     @property
@@ -358,7 +358,7 @@ class _Builder:
         return rows, numbers
 
     def _row(self, frame: Placed, antecedent: int, number: int) -> Joint:
-        """The row of a joint, without its geometric parameters."""
+        """Row of a joint, still without geometric parameters."""
         joint = frame.joint
         if joint is None and frame.closes and frame.closes.holding is Holding.AXIS:
             return Joint(frame.name, antecedent, Kind.CUT, 0, f"q{number}")
@@ -370,7 +370,7 @@ class _Builder:
         return with_forces(row, joint)
 
     def _body_on(self, joint: LinkJoint | None) -> Body:
-        """The body that moves with a joint, or with frame 0, in the frame of the table."""
+        """Body that moves with a joint, or with frame 0, in its frame of the table."""
         into = self._frame_of(joint).inverse
         links = [(link, into * place) for link, place in self.tree.links_on(joint)]
         return body_of(links, self.tolerance.length, self.snap)
@@ -384,7 +384,7 @@ class _Builder:
                 yield from (replace(shape, joint=on, points=at @ shape.points) for shape in link.shapes)
 
     def _following(self, row: Joint) -> Joint:
-        """Return the row, a coupled one with the formula of the variable that it follows."""
+        """Return a row; for a coupled joint with the formula of the variable that it follows."""
         if row.kind is not Kind.COUPLED:
             return row
         joint = next(candidate for candidate in self.tree.moving if candidate.name == row.name)
@@ -405,7 +405,7 @@ def kind_of(joint: LinkJoint, source: str) -> Kind:
 
 
 def with_forces(row: Joint, joint: LinkJoint) -> Joint:
-    """The row with the forces on the joint: spring, friction, and the inertia of the rotor.
+    """The row with the forces on its joint: spring, friction, and rotor inertia.
 
     Damping is that of the spring, but friction where there is a motor.
     """
@@ -454,19 +454,19 @@ def together(links: Iterable[tuple[Link, Placement]]) -> Link:
 
 
 def _point_mass(c: Array) -> Array:
-    """Inertia about the origin of a unit mass at c."""
+    """Inertia tensor about the origin of a unit mass at c."""
     return np.asarray((c @ c) * np.eye(3) - np.outer(c, c))
 
 
 @dataclass(frozen=True)
 class Followers:
-    """The joints of a robot that follow others."""
+    """Following joints of a robot, and their laws."""
 
     tree: Tree
     source: str
 
     def leader(self, joint: LinkJoint) -> Mimicked:
-        """The independent joint that a joint follows, through other followers.
+        """Law of a joint in terms of an independent joint, through other followers.
 
         Raises `InputError` for one that follows itself, or no joint that moves.
         """
@@ -491,7 +491,7 @@ class Followers:
             followed = _composition(followed, leader.follows)
 
     def cell(self, joint: LinkJoint, offset: Formula, variables: Mapping[str, str]) -> Formula:
-        """The cell of a joint that follows another: a polynomial of that variable, and the offset of the joint."""
+        """Cell of a following joint: a polynomial of the leader's variable, plus the offset of the joint."""
         leader = self.leader(joint)
         types = {x.name: x.type for x in self.tree.description.joints}
         variable = variables[leader.joint]
@@ -510,7 +510,7 @@ class Followers:
 
 
 def _composition(outer: Mimicked, inner: Mimicked) -> Mimicked:
-    """Return the law of a joint that follows a follower."""
+    """Return the law of a joint that follows a following joint: `outer` of `inner`."""
     law, of = (Polynomial([mimicked.offset, mimicked.multiplier, *mimicked.powers]) for mimicked in (outer, inner))
     offset, multiplier, *powers = map(float, law(of).coef)
     return Mimicked(inner.joint, multiplier, offset, tuple(powers))

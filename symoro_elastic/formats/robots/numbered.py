@@ -55,7 +55,7 @@ DROPPED = {"motors": "rotors", **dict.fromkeys(SMOOTH, "creep")}
 
 @dataclass(frozen=True)
 class Holds:
-    """Entries that a format of robots can hold.
+    """Entries that a robot format can represent.
 
     `title` is its name, `lacks` says in words what it has not, by section or column of the table. Joints follow others
     by polynomials of at most this `degree`, which `following` states. `passive` and `any_gravity` say whether it tells
@@ -71,13 +71,13 @@ class Holds:
 
 
 def robot_of(machine: Machine, holds: Holds) -> Description:
-    """Return the robot of a machine; raises `InputError` that names the joint, the cell or the parameter."""
+    """Convert a machine to a robot description; raises `InputError` that names joint, cell or parameter."""
     return _Robot(machine, holds).description
 
 
 @dataclass(frozen=True)
 class _Robot:
-    """A machine on the way to its description."""
+    """Conversion of a machine with numbers to a robot description."""
 
     machine: Machine
     holds: Holds
@@ -100,13 +100,13 @@ class _Robot:
         return Description(machine.name, links, joints, connections, gravity, remarks, frames)
 
     def _bodies(self) -> Iterator[tuple[int, Body, str]]:
-        """Rows that are not ends of loops: number, body and place."""
+        """Rows that are not only ends of loops: number, body and name for messages."""
         numbered = enumerate(self.machine.joints, start=1)
         yield from ((j, row.body, place_of(j, row)) for j, row in numbered if j not in self.ends)
 
     @cached_property
     def frames(self) -> dict[int, list[tuple[str, Placement]]]:
-        """Named frames by the row that carries them: names without their kind, and placements."""
+        """Named frames by the row that carries them: names without prefix, and placements."""
         frames: dict[int, list[tuple[str, Placement]]] = {}
         for frame in self.machine.frames:
             place = f"frame {frame.name}"
@@ -117,7 +117,7 @@ class _Robot:
 
     @cached_property
     def shifts(self) -> dict[int, Placement]:
-        """Placement of each link's frame in that of its row, on whose axis it lies; identities omitted."""
+        """Placement of a link's frame in the frame of its row, by row; identities are omitted."""
         shifts = {}
         for j, row in enumerate(self.machine.joints, start=1):
             own = dict(self.frames.get(j, ())).get(row.name)
@@ -140,12 +140,12 @@ class _Robot:
         return names
 
     def _is_link(self, j: int, placement: Placement) -> bool:
-        """Whether a frame is that of the link of a row."""
+        """Whether a frame coincides with the frame of a row's link."""
         between = (self._shift(j).inverse * placement).matrix - np.eye(4)
         return not plain(between, max(1.0, float(np.abs(placement.translation).max()))).any()
 
     def _other_frames(self) -> Iterator[PlacedFrame]:
-        """The named frames that are not those of links or joints."""
+        """Named frames other than those of links and joints."""
         fixed = {self._fixed_joint(j) for j, row in enumerate(self.machine.joints, start=1) if row.sigma == 2}
         used = {*self.links.values(), *(joint.name for joint in self.machine.joints), *fixed}
         for j, frames in self.frames.items():
@@ -156,7 +156,7 @@ class _Robot:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Values of parameters."""
+        """Values of the machine's parameters."""
         return parameter_values(self.machine)
 
     @cached_property
@@ -171,7 +171,7 @@ class _Robot:
 
     @cached_property
     def world(self) -> str:
-        """Name of the link in which the base floats."""
+        """Name of the world link, in which the base floats."""
         return self._free("world")
 
     @cached_property
@@ -187,7 +187,7 @@ class _Robot:
         return name if name not in names else next(f"{name}_{k}" for k in range(2, 2000) if f"{name}_{k}" not in names)
 
     def _refuse(self) -> None:
-        """Raise `InputError` for entries that the format cannot hold."""
+        """Raise `InputError` for entries that the format cannot represent."""
         machine, lacks = self.machine, self.holds.lacks
         if machine.loops and "loops" in lacks:
             raise machine.error(f"loop {machine.loops[0].name}", self._way_out("loops"))
@@ -209,7 +209,7 @@ class _Robot:
         return f"{what} by --drop {DROPPED.get(key, key)}"
 
     def _damping_of_base(self, floating: Floating) -> float:
-        """Damping of a free joint, one number for its velocities in N s/m and N m s/rad."""
+        """Damping coefficient of a free joint, equal for velocities in N s/m and N m s/rad."""
         ways = [(cell, formula) for cell, formula in cells(floating) if cell.column.section == "base"]
         damping = {cell: formula for cell, formula in ways if not formula.is_zero}
         values = {self._number("base", cell, formula) for cell, formula in damping.items()}
@@ -222,7 +222,7 @@ class _Robot:
         raise self.machine.error(f"base, {next(iter(damping)).label}", f"{what}, write .toml, or leave it out")
 
     def _gravity(self, base: Base) -> tuple[float, float, float]:
-        """Gravity minus the acceleration of a base that does not rotate, which has the same effect."""
+        """Gravity minus the acceleration of a base without rotation, which is equivalent."""
         vectors: dict[str, list[float]] = {"gravity": [], "acceleration": []}
         for cell, formula in cells(base):
             turns = "angular" in cell.column.key
@@ -235,7 +235,7 @@ class _Robot:
         return x, y, z
 
     def _number(self, place: str, cell: Cell, formula: Formula) -> float:
-        """The value of a cell."""
+        """Value of a cell; raises `InputError` without one."""
         for name in sorted(formula.names - self.values.keys()):
             if name in self.machine.variables:
                 what = f"{quote(formula)}: {self.holds.title} holds numbers only, nothing that changes with joints"
@@ -246,7 +246,7 @@ class _Robot:
             return formula.table_value(self.values)
 
     def _link(self, j: int, body: Body, place: str) -> Link:
-        """The link of a body, with its inertia about its centre of mass."""
+        """Link of a body, with its inertia about its centre of mass."""
         name, into = self.links[j], self._shift(j).inverse
         if body == Body():
             return Link(name)
@@ -281,7 +281,7 @@ class _Robot:
         return LinkJoint(row.name, TYPES[row.sigma], parent, child, placement, axis, **forces, follows=follows)
 
     def _fixed_joint(self, j: int) -> str:
-        """The name of a fixed joint: that of another frame at the place of its link, else that of the link."""
+        """Name of a fixed joint: that of a named frame at the place of its link, else that of the link."""
         names = {joint.name for joint in self.machine.joints}
         here = [name for name, at in self.frames.get(j, ()) if name not in names and self._is_link(j, at)]
         return here[0] if here else self.links[j]
@@ -314,7 +314,7 @@ class _Robot:
         return about_z(gamma, b) * about_x(alpha, d) * about_z(theta, r)
 
     def _law(self, j: int, row: Joint) -> Polynomial | None:
-        """The polynomial that a coupled joint follows; None for others.
+        """Polynomial that a coupled joint follows; None for other joints.
 
         Raises `InputError` for other couplings, and for one in addition to an own variable.
         """
@@ -329,7 +329,7 @@ class _Robot:
         return law
 
     def _connection(self, loop: Loop) -> Connection:
-        """The two frames that coincide in a loop."""
+        """Connection of the two frames that coincide in a loop."""
         place, cut, end = f"loop {loop.name}", self.machine.joint(loop.cut), self.machine.joint(loop.meets)
         if cut.sigma == 1 and loop.closes is Closing.FRAME:
             what = f"its cut joint {cut.name} slides, which {self.holds.title} has not: cut it at a joint that turns"
@@ -346,7 +346,7 @@ class _Robot:
 
 
 def polynomial(formula: Formula, values: dict[str, float], name: str) -> Polynomial | None:
-    """A formula as a polynomial of a name, others by their values; None for other functions."""
+    """Expand a formula to a polynomial of one name, others by their values; None if it is no polynomial."""
     try:
         names = {"pi": np.pi, **values, name: Polynomial([0.0, 1.0])}
         value = formula.evaluate(names, {name: _of_numbers(name) for name in FUNCTIONS})
@@ -356,7 +356,7 @@ def polynomial(formula: Formula, values: dict[str, float], name: str) -> Polynom
 
 
 def _of_numbers(name: str) -> Any:
-    """A function of formulas, for numbers only."""
+    """Return the formula function with this name, such as sin, for numerical arguments only."""
 
     def value(*arguments: Any) -> float:
         tree = (name, *(("name", f"x{k}") for k in range(len(arguments))))
@@ -366,7 +366,7 @@ def _of_numbers(name: str) -> Any:
 
 
 def with_frames_as_links(robot: Description) -> Description:
-    """The robot whose further frames are links without mass on fixed joints, two at one place a link and its joint."""
+    """Return the robot with its further frames as massless links on fixed joints; of two at a place one is a joint."""
     places: list[list[PlacedFrame]] = []
     for frame in robot.frames:
         same = (x for x in places if x[0].link == frame.link and len(x) == 1)
@@ -391,22 +391,22 @@ def with_frames_as_links(robot: Description) -> Description:
 
 
 def size_of(robot: Description) -> float:
-    """The largest coordinate of a joint in the frame of the one before, m; 1 where all are zero."""
+    """Size of a robot: largest coordinate of a joint in the preceding joint's frame, m; 1 if all are zero."""
     return max((float(np.abs(joint.placement.translation).max()) for joint in robot.joints), default=0.0) or 1.0
 
 
 def notes_of(robot: Description) -> Iterator[str]:
-    """Notes as texts of XML comments: without `--`, and without what XML cannot hold."""
+    """Notes as texts of XML comments: without `--` and characters that XML does not allow."""
     for note in robot.remarks:
         plain = "".join(x if x.isprintable() else " " for x in note)
         yield f" {plain.replace('--', '- -').replace('--', '- -')} "
 
 
 def numbers_text(numbers: Array | list[float] | tuple[float, ...]) -> str:
-    """Numbers as text that is read back to the last digit."""
+    """Numbers as text, in full precision."""
     return " ".join(repr(float(x) + 0.0) for x in numbers)
 
 
 def plain(numbers: Array, size: float = 1.0) -> Array:
-    """Numbers with rounding errors of zeros removed, relative to the largest."""
+    """Numbers with rounding errors of zeros removed, which are small relative to `size`."""
     return np.where(np.abs(numbers) <= ROUNDING * size, 0.0, numbers)

@@ -24,7 +24,7 @@ LARGEST = 1e50
 
 
 class JointType(StrEnum):
-    """Motion that a joint allows its child link."""
+    """Motion that a joint allows between its links."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -40,19 +40,19 @@ class Placement:
     translation: Array = field(default_factory=lambda: np.zeros(3))
 
     def __mul__(self, other: Placement) -> Placement:
-        """Return the placement of a frame that `other` places in this one."""
+        """Return the composition: the placement of a frame that `other` places in the frame placed by this one."""
         return Placement(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
 
     @property
     def matrix(self) -> Array:
-        """The placement as one matrix (4, 4)."""
+        """The placement as a homogeneous matrix (4, 4)."""
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = self.rotation, self.translation
         return T
 
     @property
     def inverse(self) -> Placement:
-        """Return the placement of the reference frame in the placed one."""
+        """Return the inverse placement, of the reference frame in the placed one."""
         return Placement(self.rotation.T, -self.rotation.T @ self.translation)
 
 
@@ -73,7 +73,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Mimicked:
-    """The position of a joint that follows another: multiplier times its position plus offset.
+    """Law of a following joint: multiplier times the other joint's position, plus offset.
 
     `powers` are the factors of the second and further powers of that position.
     """
@@ -86,7 +86,7 @@ class Mimicked:
 
 @dataclass(frozen=True, eq=False)
 class LinkJoint:
-    """The joint between two links, `placement` that of the child's frame in the parent's at position 0.
+    """A joint between two links; `placement` is that of the child's frame in the parent's at position 0.
 
     `axis` (3,) is in the child's frame. `stiffness`, `neutral` position, `damping`, `friction` (dry) and
     `rotor_inertia` are those of the joint's coordinate, and so are `limits`. `driven` says that a motor is there,
@@ -111,7 +111,7 @@ class LinkJoint:
 
 
 class Holding(StrEnum):
-    """Components of two frames that coincide: origins, origins and z axes (a hinge), or the frames."""
+    """What a connection makes coincide: origins, origins and z axes (a hinge), or complete frames."""
 
     POINT = "point"
     AXIS = "axis"
@@ -120,7 +120,7 @@ class Holding(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Connection:
-    """Two links with frames that coincide.
+    """Connection of two links by frames that coincide, which closes a loop.
 
     `on_first` and `on_second` place the frames that coincide in the links' frames, as far as `holding` says. `start`
     gives positions by joint at which they coincide, rad or m: they select the branch.

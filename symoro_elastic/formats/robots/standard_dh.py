@@ -43,7 +43,7 @@ READ_AS_STANDARD = (
 
 @dataclass(frozen=True, eq=False)
 class DistalLink:
-    """A row: joint and link, SI units, rad.
+    """A row of a standard DH table: joint and link, SI units, rad.
 
     `theta` or `d`, whichever the joint varies, is the offset at position 0. `center` (3,) and `inertia` (3, 3), about
     the centre of mass, are in the frame of the link. `rotor_inertia`, `viscous` and `coulomb` are as the joint feels
@@ -67,22 +67,22 @@ class DistalLink:
 
     @property
     def along_z(self) -> Placement:
-        """Rot(z, theta) Trans(z, d)."""
+        """Placement Rot(z, theta) Trans(z, d)."""
         return about_z(self.theta, self.d)
 
     @property
     def along_x(self) -> Placement:
-        """Rot(x, alpha) Trans(x, a)."""
+        """Placement Rot(x, alpha) Trans(x, a)."""
         return about_x(self.alpha, self.a)
 
     @property
     def before(self) -> Placement:
-        """Placement of the joint's axis, at position 0, in the frame of the link before."""
+        """Placement of the joint's axis, at position 0, in the frame of the preceding link."""
         return self.along_x * self.along_z if self.modified else self.along_z
 
     @property
     def after(self) -> Placement:
-        """Placement of the link's frame in that of the joint's axis."""
+        """Placement of the link's frame in the frame of the joint's axis."""
         return Placement() if self.modified else self.along_x
 
 
@@ -93,7 +93,7 @@ def describe_links(
     tool: Placement | None = None,
     gravity: tuple[float, float, float] = GRAVITY,
 ) -> Description:
-    """The robot with these rows; `base` places frame 0 in the world, `tool` the tool in the last frame.
+    """Robot with these rows; `base` is the placement of frame 0 in the world, `tool` of the tool in the last frame.
 
     The frame of a row has the name of its joint. `gravity` is in axes of the world.
     """
@@ -125,7 +125,7 @@ def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJo
 
 
 def describe(text: str, source: str) -> Description:
-    """The robot in a CSV table: a header line, then a row for each joint; raises `InputError` that names the line.
+    """Read the robot in a CSV table: a header, then a row for each joint; raises `InputError` naming the line.
 
     Comments `# convention = modified` and `# gravity = 0, -9.81, 0` hold for the whole table.
     """
@@ -231,7 +231,7 @@ def _row(
 def _numbers(
     texts: Mapping[str, str], scales: Mapping[str, float], place: str, source: str
 ) -> Iterator[tuple[str, float]]:
-    """The numbers of a row in SI units; empty cells are left out."""
+    """Numbers of a row by key, in SI units; empty cells are omitted."""
     nonnegative = {column.name for column in COLUMNS if column.is_nonnegative}
     for name, text in texts.items():
         if not text:
@@ -245,7 +245,7 @@ def _numbers(
 
 @dataclass(frozen=True)
 class DistalColumn:
-    """A column: its meaning, its unit, its default, and an example of its cell."""
+    """A column of a DH table: its meaning, unit and default, and an example of its cell."""
 
     name: str
     unit: str

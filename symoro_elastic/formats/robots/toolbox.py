@@ -29,7 +29,7 @@ WORLD = "world"
 
 
 def of_robot(robot: Any, name: str = "", reserved: Reasons = NONE) -> DescribedMachine:
-    """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
+    """Convert a robot of the Robotics Toolbox, or an object with the same attributes of `links`, to a machine.
 
     These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, flip, m, r, I, Jm, G, B, Tc; without one
     it is zero. `base`, `tool` and `gravity` of the robot are taken too: the acceleration of gravity in axes of the
@@ -82,7 +82,7 @@ def _of_rows(robot: Any, title: str) -> Description:
 
 
 def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
-    """The row of a link, and a remark on lost entries."""
+    """Row of a link, and a remark on attributes that are lost."""
     if not any(hasattr(link, key) for key in OF_ROWS):
         kind = type(link).__name__
         what = f"a {kind} has no Denavit-Hartenberg parameters ({', '.join(OF_ROWS)}): give a DHRobot, or a URDF file"
@@ -112,7 +112,7 @@ def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
 
 
 def _numbers(value: Any, count: int, source: str, place: str, key: str) -> Array:
-    """Finite numbers (count,); zeros for None."""
+    """Attribute as finite numbers (count,); zeros for None."""
     try:
         numbers = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
     except (TypeError, ValueError):
@@ -130,7 +130,7 @@ def _gravity(robot: Any, title: str) -> tuple[float, float, float]:
 
 
 def _placement(end: Any, source: str, what: str) -> Placement:
-    """A placement, from a matrix or an object that holds it as `A`; the identity for None."""
+    """Placement from a matrix or an object with a matrix `A`; the identity for None."""
     if end is None:
         return Placement()
     matrix = np.asarray(getattr(end, "A", end), dtype=float)

@@ -53,7 +53,7 @@ EITHER_WAY = {"velocity": "velocity", "acceleration": "acceleration", "effort": 
 
 
 def describe(text: str, source: str) -> Description:
-    """The robot in a URDF text; raises `InputError` that names the link or the joint."""
+    """Read the robot in a URDF text; raises `InputError` that names the link or the joint."""
     robot = root_element(text, source)
     _refuse_others(robot, source)
     rotors = Rotors(robot, source)
@@ -122,7 +122,7 @@ def _shapes(link: Element, source: str, place: str) -> Iterator[BodyShape]:
 
 
 def _shape(shape: Element, source: str, place: str) -> BodyShape | None:
-    """A mesh, a box, a cylinder or a sphere, with its size."""
+    """Mesh, box, cylinder or sphere of a shape element, with its size; None for others."""
 
     def of(key: str, default: str | None, count: int) -> list[float]:
         return numbers(shape, key, default, count, source, place)
@@ -139,7 +139,7 @@ def _shape(shape: Element, source: str, place: str) -> BodyShape | None:
 
 
 def _entry(tensor: Element, key: str, source: str, place: str) -> float:
-    """An entry of the inertia; products may be left out."""
+    """Entry of the inertia tensor; products may be missing."""
     return numbers(tensor, key, None if key[1] == key[2] else "0", 1, source, place)[0]
 
 
@@ -181,7 +181,7 @@ def _dynamics(joint: Element, source: str, place: str) -> tuple[float, float]:
 
 
 def limits_of(joint: Element, source: str, place: str) -> JointLimits:
-    """The limits of a joint, without empty ranges and without huge ones that mean none."""
+    """Limits of a joint, without empty ranges and without huge ones that mean no limit."""
     limit = joint.find("limit")
     if limit is None:
         return JointLimits()
@@ -192,7 +192,7 @@ def limits_of(joint: Element, source: str, place: str) -> JointLimits:
 
 
 def _ends(limit: Element, source: str, place: str) -> tuple[float, float]:
-    """Lower and upper position: zero where only the other one is given, as URDF has it."""
+    """Lower and upper position limit; 0 if only the other one is stated, as URDF defines."""
     lower, upper = (_limit(limit, key, source, place) for key in ("lower", "upper"))
     return lower, upper
 
@@ -288,7 +288,7 @@ def _is_reversed(joint: Element) -> bool:
 
 
 def _is_long(joint: Element) -> bool:
-    """Return whether the axis of a moving joint has another length than 1."""
+    """Return whether the axis vector of a moving joint does not have length 1."""
     axis = joint.find("axis")
     if axis is None or joint.get("type") in ("fixed", "floating"):
         return False
@@ -300,7 +300,7 @@ ROTOR, RATIO = "drake:rotor_inertia", "drake:gear_ratio"
 
 
 class Rotors:
-    """The transmissions of a robot, by the joints that they drive."""
+    """Transmissions of a robot, by the joints that they drive."""
 
     def __init__(self, robot: Element, source: str) -> None:
         self.source = source
@@ -320,7 +320,7 @@ class Rotors:
         return inertia * ratio * ratio
 
     def remarks(self, joints: Iterable[LinkJoint]) -> Iterator[str]:
-        """Yield remarks on unused reductions, and on joints without transmission, which get motors."""
+        """Yield remarks on unused gear ratios, and on joints without transmission, which get motors."""
         own = [j.name for j in joints if j.type is not JointType.FIXED and j.follows is None]
         reduced = [name for name in own if self._is_reduced(name) and not self.inertia(name)]
         if reduced:

@@ -37,7 +37,7 @@ URDF = Holds(
 
 
 def write(machine: Machine) -> str:
-    """The URDF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
+    """Return the URDF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
     described = with_frames_as_links(robot_of(machine, URDF))
     if described.gravity != GRAVITY:
         listed = ", ".join(f"{x:g}" for x in described.gravity)
@@ -87,7 +87,7 @@ def _add_joint(robot: Element, joint: LinkJoint, machine: Machine) -> None:
 
 
 def _limit(joint: LinkJoint, machine: Machine, is_endless: bool) -> dict[str, str]:
-    """Attributes of a limit: the required ones, and the others that exist."""
+    """Attributes of a joint's limit element: the required ones, and others that are known."""
     attributes = {"lower": -FAR, "upper": FAR, "effort": FAR, "velocity": FAR}
     if is_endless:
         del attributes["lower"], attributes["upper"]

@@ -13,7 +13,7 @@ MOST_ELEMENTS = 200_000
 
 
 def root_element(text: str, source: str) -> Element:
-    """The root element of an XML text, which may begin with empty lines; raises `InputError` that names the line."""
+    """Parse an XML text, which may begin with empty lines, to its root element; raises `InputError` with the line."""
     body = text.lstrip()
     reader = _Reader(source, text.count("\n", 0, len(text) - len(body)))
     try:
@@ -25,7 +25,7 @@ def root_element(text: str, source: str) -> Element:
 
 
 class _Reader:
-    """A parser of a text."""
+    """XML parser that records line numbers and limits the size."""
 
     def __init__(self, source: str, lines_before: int) -> None:
         self.source, self.lines_before = source, lines_before
@@ -57,12 +57,12 @@ class _Reader:
 
     @property
     def line(self) -> int:
-        """Line number of the reader."""
+        """Line number at which the parser is."""
         return self.lines_before + self.parser.CurrentLineNumber
 
 
 def numbers(element: Element, key: str, default: str | None, count: int, source: str, place: str) -> list[float]:
-    """The numbers in an attribute, `count` of them; raises `InputError` for others, and for a missing attribute."""
+    """Numbers in an attribute, `count` of them; raises `InputError` for other counts or without the attribute."""
     text = element.get(key, default)
     if text is None:
         raise InputError(source, place, f"<{element.tag}> lacks {key}")

@@ -44,7 +44,7 @@ BASE_AXES = "base"
 
 @dataclass(frozen=True)
 class Place:
-    """An axis, None of a frame with the axes of another, and a point: in the frame of row `within`, 0 of frame 0."""
+    """Position of a joint by axis (None: parallel axes) and point, in the frame of row `within`, or of frame 0."""
 
     axis: tuple[float, float, float] | None
     at: tuple[Formula, ...]
@@ -53,7 +53,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class TableByAxes:
-    """Rows of a file, some with places; `rows` are those of geometric parameters, whose bodies are in their frames.
+    """Conversion of joints that are given by axis and point (`places`) to rows of geometric parameters.
 
     `body_axes` names the axes of bodies by row where the file does.
     """
@@ -67,7 +67,7 @@ class TableByAxes:
 
     @cached_property
     def rows(self) -> tuple[Joint, ...]:
-        """The rows, with a fixed one before every row that needs two; raises `InputError`."""
+        """The rows, with a fixed row before each joint that needs two; raises `InputError`."""
         rows: list[Joint] = []
         numbers = [0]
         for j, joint in enumerate(self.joints, start=1):
@@ -87,7 +87,7 @@ class TableByAxes:
         return tuple(rows)
 
     def with_frame(self, frame: NamedFrame, source: str) -> NamedFrame:
-        """A frame without a row in the frame that its row has in the table; raises `InputError`."""
+        """Return a named frame, given in the file's frame of a row, in the frame of the table; raises `InputError`."""
         inner = self.inner(next((j for j, joint in enumerate(self.joints, start=1) if joint.name == frame.on), 0))
         if _is_none(inner):
             return frame
@@ -101,22 +101,22 @@ class TableByAxes:
         return replace(frame, at=(x, y, z), rpy=(roll, pitch, yaw))
 
     def inner(self, j: int) -> Placement:
-        """The frame that a row has in the file, in that of the table."""
+        """Placement of a row's frame in the file in its frame of the table."""
         return self.frame(j).inverse * self.given(j) if self._is_free(j) else Placement()
 
     @cached_property
     def at_zero(self) -> dict[str, float]:
-        """The variables of all joints, at position zero."""
+        """Position zero: the variables of all joints with the value 0."""
         return {joint.variable: 0.0 for joint in self.joints if joint.variable}
 
     @cached_property
     def tolerance(self) -> Tolerance:
-        """Lengths that count as zero, from rounding."""
+        """Tolerance of lengths that count as zero within rounding."""
         points = [Polynomial.of(cell).constant or 0.0 for place in self.places.values() for cell in place.at]
         return Tolerance.rounding(max([LEAST_SIZE, *map(abs, points)]))
 
     def given(self, j: int) -> Placement:
-        """The frame of a row in the file, in frame 0 at position zero."""
+        """Placement of a row's frame in the file, in frame 0 at position zero."""
         if j not in self._given:
             self._given[j] = self._of_file(j) if j else Placement()
         return self._given[j]
@@ -147,18 +147,18 @@ class TableByAxes:
         return first * second * third
 
     def _angle(self, cell: Formula) -> float | None:
-        """The value of an angle at position zero; None if it depends on names."""
+        """Value of an angle at position zero; None if it depends on other names."""
         try:
             return Polynomial.of(cell, {**self.at_zero, "pi": math.pi}).constant
         except FormulaError:
             return None
 
     def _is_free(self, j: int) -> bool:
-        """Return whether the frame of a row may be chosen: that of a moving joint that is given by its axis."""
+        """Return whether a row's frame may be chosen: the joint moves and is given by its axis."""
         return j in self.places and _moves(self.joints[j - 1])
 
     def frame(self, j: int) -> Placement:
-        """The frame of a row in the table, in frame 0 at position zero."""
+        """Placement of a row's frame in the table, in frame 0 at position zero."""
         if j not in self._frames:
             self._frames[j] = self._of_table(j) if self._is_free(j) else self.given(j)
         return self._frames[j]
@@ -177,7 +177,7 @@ class TableByAxes:
         return Axis(frame.translation, self.given(place.within).rotation @ np.array(place.axis))
 
     def _rows(self, j: int) -> Iterator[Joint]:
-        """The rows of a row of the file, fixed ones before it, without antecedents."""
+        """Rows of the table for a joint of the file, fixed rows first, without antecedents."""
         joint = self.joints[j - 1]
         if j not in self.places and not self._is_free(joint.antecedent):
             yield joint
@@ -209,7 +209,7 @@ def _moves(joint: Joint) -> bool:
 
 
 def upright(z: Array) -> Array:
-    """The rotation (3, 3) with this z, and with x near the coordinate axis that follows the one nearest to z."""
+    """Rotation (3, 3) with this z, and x near the coordinate axis that follows the one nearest to z."""
     x = np.eye(3)[(int(np.argmax(np.abs(z))) + 1) % 3]
     x = x - (x @ z) * z
     x = x / np.linalg.norm(x)
@@ -228,7 +228,7 @@ def _is_none(place: Placement) -> bool:
 
 
 def moved_wrench(wrench: Wrench, place: Placement) -> Wrench:
-    """A wrench in a frame that is placed in another, in that other frame."""
+    """Return a wrench, given in a frame at `place`, in the reference frame."""
     if wrench == Wrench() or _is_none(place):
         return wrench
     force = place.rotation @ vector_of(wrench.force)
@@ -238,7 +238,7 @@ def moved_wrench(wrench: Wrench, place: Placement) -> Wrench:
 
 
 def fault_of(cell: Formula, at_zero: Collection[str] | None = None) -> str:
-    """Return why a coordinate of a point has no value; with variables, why a coupled joint's cell is not 0 at zero."""
+    """Return why a coordinate has no value or, with `at_zero`, why a coupled joint's cell is not zero there."""
     try:
         value = Polynomial.of(cell, dict.fromkeys(at_zero or (), 0.0))
         _ = formula.value() if not (formula := value.formula).names else None

@@ -24,7 +24,7 @@ STEEL = Formula.parse("2.06e11")
 
 
 def _list(*lengths: int) -> Type:
-    """A list with one of these numbers of entries, numbers or formulas."""
+    """Type of a list with one of these numbers of entries, numbers or formulas."""
     schema = {"type": "array", "items": reference_to("formula"), "minItems": lengths[0], "maxItems": lengths[-1]}
     title = f"{' or '.join(map(str, lengths))} numbers or formulas"
     return Type(title, schema, lambda table, key: table.formulas(key, lengths))
@@ -89,14 +89,14 @@ TABLES = MOUNTS | DRIVES
 
 @dataclass(frozen=True)
 class _Entry:
-    """An entry of a table by its heading: values of its keys, None where there is none."""
+    """An entry for a catalogue element: values of its keys, None for missing ones."""
 
     heading: str
     table: Table
     cells: Mapping[str, Any]
 
     def value_of(self, key: str, what: str) -> Formula:
-        """The value of a key that the row needs; raises `InputError`."""
+        """Value of a key that the element requires; raises `InputError`."""
         value: Formula | None = self.cells[key]
         if value is None:
             raise self.table.fail(key, f"is missing: {what}")
@@ -104,7 +104,7 @@ class _Entry:
 
 
 def with_catalogue(top: Table) -> tuple[Table, tuple[CatalogueSpring, ...]]:
-    """The top table of a file with stiffnesses in place of elements of catalogues, and these; raises `InputError`."""
+    """Replace catalogue elements of a file by stiffnesses; return the top table and the springs; `InputError`."""
     if TABLES.keys().isdisjoint(top.entries):
         return top, ()
     rows = {row.text("name"): row for row in top.tables("joints")}
@@ -142,7 +142,7 @@ def _entry(top: Table, heading: str, name: str) -> _Entry:
 
 
 def _stiffnesses(row: Table, entries: list[_Entry]) -> dict[str, CatalogueSpring]:
-    """Springs of a row by direction, "" where it has one only; raises `InputError`."""
+    """Springs of a row by direction, "" if it has one direction only; raises `InputError`."""
     mounts, drives = ([entry for entry in entries if entry.heading in tables] for tables in (MOUNTS, DRIVES))
     fail, name, is_cell = entries[0].table.fail, row.text("name"), row.entries.get("sigma") == SIX
     if row.entries.get("kind") != Kind.ELASTIC:
@@ -166,7 +166,7 @@ def _stiffnesses(row: Table, entries: list[_Entry]) -> dict[str, CatalogueSpring
 
 
 def _guide(entry: _Entry) -> tuple[str, dict[str, Formula]]:
-    """The direction that a guide leaves free, and the stiffnesses of the others."""
+    """Free direction of a linear guide, and its stiffnesses in the other directions."""
     blocks, (a, b), radial, lateral, moments, rails, normal = (entry.cells[key] for key in GUIDES.names)
     in_row, remainder = divmod(blocks, 1 if b.is_zero else 2)
     if in_row < 1 or remainder:
@@ -184,7 +184,7 @@ def _guide(entry: _Entry) -> tuple[str, dict[str, Formula]]:
 
 
 def _bearings(entry: _Entry) -> tuple[str, dict[str, Formula]]:
-    """The direction that bearings leave free, and the stiffnesses of the others."""
+    """Free direction of bearings, and their stiffnesses in the other directions."""
     *cells, axis = (entry.cells[key] for key in BEARINGS.names)
     k = catalogue.bearing_pair(*cells)
     across = [x for x in AXES if x != axis]
@@ -192,7 +192,7 @@ def _bearings(entry: _Entry) -> tuple[str, dict[str, Formula]]:
 
 
 def _drive(entry: _Entry, turns: bool) -> Formula:
-    """The stiffness of a screw, a belt or couplings, along or about the axis of its row."""
+    """Stiffness of a screw, a belt or couplings, along or about the axis of its row."""
     cells = entry.cells
     if entry.heading == "couplings":
         if not turns:

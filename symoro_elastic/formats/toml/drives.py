@@ -34,7 +34,7 @@ HEADING = "drives"
 
 
 def _gain(table: Table, key: str) -> Gain:
-    """A number or formula, or the word for a tuned gain."""
+    """Gain under a key: a number, a formula, or the word for a gain to be tuned."""
     entry = table.entries[key]
     return TUNED if entry == str(TUNED) and not isinstance(entry, Number) else table.formula(key)
 
@@ -147,7 +147,7 @@ OF_DRIVES = (DRIVES, CURRENT, FEED_FORWARD, LIMITS, FILTERS, SET_POINT)
 
 
 def drives_of(top: Table, machine: Machine) -> Drives:
-    """The drives in the top table of a file; raises `InputError`."""
+    """Read the drives in the top table of a file; raises `InputError`."""
     table = top.table(HEADING)
     return Drives({name: _drive(table, name, machine) for name in table.entries})
 
@@ -203,7 +203,7 @@ INSTEAD = {
 
 
 def _refuse_kind(entry: Table) -> None:
-    """Raise `InputError` for a kind, which follows from the keys of a drive."""
+    """Raise `InputError` for a stated kind of a drive, which follows from its keys."""
     if "kind" in entry.entries:
         kind = str(entry.entries["kind"])
         what = INSTEAD.get(kind, f"is none of {', '.join(INSTEAD)}, and follows from the other keys: leave it out")
@@ -211,7 +211,7 @@ def _refuse_kind(entry: Table) -> None:
 
 
 def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
-    """The lag of a current loop, or its controller."""
+    """Lag of a current loop, or its current controller."""
     of = entry.table("current").only(CURRENT.names)
     if not {CURRENT_KP.name, CURRENT_TI.name, COMPENSATION.name} & of.entries.keys():
         return LAG.read(of), None
@@ -276,7 +276,7 @@ def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
 
 
 def entries_of_drive(drive: Drive) -> dict[str, Any]:
-    """The entries of a drive: formulas, texts, whole numbers, tables and lists of them."""
+    """TOML entries of a drive: formulas, texts, integers, tables and lists of them."""
     entries: dict[str, Any] = {"Kv": drive.Kv, "Kp": drive.Kp}
     entries |= {"Tn": drive.Tn} if drive.Tn is not None else {}
     entries |= {"current": {"lag": drive.lag}} if drive.lag != ZERO else {}
@@ -306,5 +306,5 @@ def _entries_of_filter(stage: Filter | SetPointFilter) -> Mapping[str, Any]:
 
 
 def drives_by_motor(drives: Drives) -> Iterable[tuple[str, Mapping[str, Any]]]:
-    """The entries of all drives by the names of their motors."""
+    """TOML entries of all drives, by the names of their motors."""
     return ((name, entries_of_drive(drive)) for name, drive in drives.by_motor.items())

@@ -81,7 +81,7 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
 
 
 def with_change(text: str, source: str, place: str, literal: str, change: Callable[[Any, Any], None]) -> str:
-    """Return the text of a file after a change of its tables by a value, given as TOML writes it.
+    """Return the text of a file after `change` of its tables by a value, given as TOML text.
 
     Raises `InputError`, with the place, where the change fails or the text then has other entries than wanted.
     """
@@ -123,7 +123,7 @@ def _set(target: Any, path: Path, value: Any) -> None:
 
 
 def set_entry(table: Any, key: str | int, value: Any) -> None:
-    """Set an entry of a table or a list; one that is new in a table on one line leaves the blanks before its end."""
+    """Set an entry of a table or a list; a new one in an inline table keeps the blanks before its end."""
     if not isinstance(table, tomlkit().items.InlineTable) or key in table:
         table[key] = value
         return
@@ -162,7 +162,7 @@ def tables_of(text: str, source: str) -> list[dict[str, Any]]:
 def _table(
     heading: str, keys: Sequence[Key], rows: Sequence[tuple[str, list[Any], Any]], names: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """A table of rows with their names and paths; columns are the keys that any row has."""
+    """An editable table: rows with names and paths; columns are the keys that any row has."""
     by_name = {key.name: key for key in keys}
     tables = [row for _, _, row in rows if isinstance(row, dict)]
     columns = [key for key in by_name if any(key in row for row in tables)]
@@ -179,13 +179,13 @@ def _table(
 
 
 def _head(key: Key) -> dict[str, Any]:
-    """The unit, the meaning with the default, and the choices of a key, empty for a free value."""
+    """Head of a column: unit, meaning with default, and choices, empty for a free value."""
     meaning = str(schema_of(key)["description"])
     return {"unit": key.unit, "meaning": meaning, "choices": list(key.type.schema.get("enum", ()))}
 
 
 def _cell(path: list[Any], row: Any, key: str, lists: Collection[str]) -> dict[str, Any]:
-    """The cell of a key in a row, which may be a value itself; empty if no single value fits."""
+    """An editable cell of a key in a row, or of the row itself; empty if no single value fits."""
     if not isinstance(row, dict):
         return _json_cell(path, row) if key == VALUE.name else {}
     return {} if key in lists and key not in row else _json_cell([*path, key], row.get(key))
@@ -204,7 +204,7 @@ def _json_cell(path: list[Any], value: Any) -> dict[str, Any]:
 
 
 class Lines:
-    """The lines of a file that places in messages refer to."""
+    """Line numbers of the places that messages name in a file."""
 
     def __init__(self, text: str, source: str) -> None:
         self.text, self.source = text, source
@@ -236,14 +236,14 @@ class Lines:
 
 
 def _row_number(top: Mapping[str, Any], place: str, number: int) -> int:
-    """The index in the file of the row of a place: by name, since rows of flexible parts are numbered, too."""
+    """Index of a row in the file, by name, since rows generated for flexible parts are numbered, too."""
     names = [row.get(NAME.name) for row in top["joints"]]
     label = place.partition("(")[2].removesuffix(")")
     return next((names.index(name) for name in (label, label.rpartition("_")[0]) if name in names), number)
 
 
 def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:
-    """Return the path to the named place, from its pieces; raises `LookupError`."""
+    """Return the path of keys to a place that a message names, from its pieces; raises `LookupError`."""
     if joint := OF_A_JOINT.match(pieces[0]):
         number = _row_number(top, pieces[0], int(joint[1]) - 1)
         row = top["joints"][number]
@@ -266,7 +266,7 @@ def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:
 
 
 def _paths_of_key(top: Mapping[str, Any], number: int, name: Any, key: str) -> Iterator[list[Any]]:
-    """Paths at which a key of a joint may be: in its row, else in a section."""
+    """Possible paths of a joint's key: in its row, else in a section."""
     if key in top["joints"][number]:
         yield ["joints", number, key]
     for section, entries in top.items():
@@ -276,7 +276,7 @@ def _paths_of_key(top: Mapping[str, Any], number: int, name: Any, key: str) -> I
 
 
 def _first_value(target: Any, path: list[Any]) -> list[Any]:
-    """The path to the first value below a path."""
+    """Path to the first value below a path, as lists and tables are nested."""
     for key in path:
         target = target[key]
     while isinstance(target, dict | list) and target:

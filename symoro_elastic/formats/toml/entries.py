@@ -18,7 +18,7 @@ from symoro_elastic.machine.names import quote
 
 
 def with_entry(text: str, path: Path, new: str, source: str) -> str:
-    """Return the text of a file with a key added, in a row that is made where there is none.
+    """Return the text of a file with a key added, in a row that is created if it does not exist.
 
     The path is ("gravity",), a table, a name and a key, or "joints", a new name and "kind", `new` its kind. Values are
     the examples of the format. Raises `InputError` for what is there already.
@@ -43,7 +43,7 @@ def with_entry(text: str, path: Path, new: str, source: str) -> str:
 
 
 def _put(top: Any, path: Path, value: Any) -> None:
-    """Add an entry to a table, which is made where there is none."""
+    """Add an entry to a table, which is created if it does not exist."""
     if len(path) > 1 and path[0] not in top:
         top[path[0]] = {}
     for key in path[:-1]:
@@ -54,13 +54,13 @@ def _put(top: Any, path: Path, value: Any) -> None:
 
 
 def _append(top: Any, row: Any) -> None:
-    """Add a joint below the others, as a table on one line or as one of its own, like them."""
+    """Add a joint after the others, as an inline table or a table of its own, as they are."""
     rows = top[JOINTS.heading]
     rows.append(tomlkit().item(row.unwrap()) if isinstance(rows, tomlkit().items.AoT) else row)
 
 
 def without_entry(text: str, path: Path, new: str, source: str) -> str:
-    """Return the text of a file without a row or a key; a joint goes with its rows in the other tables.
+    """Return the text of a file without a row or a key; with a joint, its rows in other tables are removed.
 
     Raises `InputError` for a joint where others name their antecedents by number; `new` is empty.
     """

@@ -19,7 +19,7 @@ from symoro_elastic.machine.format_names import TOML
 
 
 def with_changes(text: str, wanted: str, normal: Callable[[str], str]) -> str:
-    """Return the text of a file with the contents of `wanted`, which is in normal form.
+    """Return the text of a file changed to the contents of `wanted`, a text in normal form; comments stay.
 
     `normal` reads a text and returns it in normal form. Raises `InputError` where the contents cannot be written into
     the text, or tomlkit is not installed.
@@ -41,7 +41,7 @@ def with_changes(text: str, wanted: str, normal: Callable[[str], str]) -> str:
 
 
 def _change(target: Any, before: Any, after: Any) -> None:
-    """Set the differences of two tables, or of two lists of one length, in an object of tomlkit."""
+    """Apply the differences of two tables, or of two lists of equal length, to an object of tomlkit."""
     if isinstance(after, Mapping):
         for key in before.keys() - after.keys():
             if key in target:
@@ -60,7 +60,7 @@ def _change(target: Any, before: Any, after: Any) -> None:
 
 
 def _are_alike(*values: Any) -> bool:
-    """Whether all are tables, or lists of one length."""
+    """Whether all values are tables, or all are lists of equal length."""
     if all(isinstance(x, Mapping) for x in values):
         return True
     return all(isinstance(x, list) for x in values) and len({len(x) for x in values}) == 1
@@ -92,7 +92,7 @@ def _fill(table: Any, values: Mapping[str, Any]) -> Any:
 
 
 def in_text_of(like: str | Path | None, wanted: str, normal: Callable[[str], str]) -> tuple[str, str]:
-    """Return `wanted` in the text of a file, or alone for another format; and a line on lost comments."""
+    """Return `wanted` merged into the text of a file, or alone for another format; and a line on lost comments."""
     if like is None or Path(like).suffix.lower() not in TOML.suffixes:
         return wanted, ""
     text = load_text(like)

@@ -48,13 +48,13 @@ DEFINITIONS: Schema = {
 
 
 def reference_to(name: str) -> Schema:
-    """The schema that refers to a definition."""
+    """Schema that refers to a definition by name."""
     return {"$ref": f"#/$defs/{name}"}
 
 
 @dataclass(frozen=True, eq=False)
 class Type:
-    """Type of a key's value: its title, its schema, and how it is read from a table with the key."""
+    """Type of a key's value: title, JSON schema, and function that reads it from a table."""
 
     title: str
     schema: Schema
@@ -63,7 +63,7 @@ class Type:
 
 @dataclass(frozen=True)
 class Key:
-    """A key: its default, None for a required key or one whose default the reader computes.
+    """A key of a table; its default is None if it is required or its default is computed.
 
     `otherwise` says that value in words where these are others than the value, `example` is one as TOML writes it.
     """
@@ -78,12 +78,12 @@ class Key:
 
     @property
     def is_required(self) -> bool:
-        """Whether a file must give it."""
+        """Whether a file must have the key."""
         return self.default is None and not self.otherwise
 
     @property
     def default_in_words(self) -> str:
-        """Its default as TOML writes it, or in words; empty for a required key."""
+        """Default value as TOML text, or in words; empty for a required key."""
         if self.otherwise or self.default in (None, ""):
             return self.otherwise
         if isinstance(self.default, str | bool):
@@ -91,7 +91,7 @@ class Key:
         return str(self.default or ("none" if self.default in ((), {}) else 0))
 
     def read(self, table: Table, default: Any = None) -> Any:
-        """The value in a table, or the default; raises `InputError` for a missing one, or another type."""
+        """Read the key's value from a table, or the default; raises `InputError` if missing or of another type."""
         if self.name in table.entries:
             return self.type.read(replace(table, units=self.unit), self.name)
         value = self.default if default is None else default
@@ -100,13 +100,13 @@ class Key:
         return value
 
     def optional(self, table: Table) -> Any:
-        """The value in a table, None where it has none; raises `InputError` for another type."""
+        """Read the key's value from a table, None if it is missing; raises `InputError` for another type."""
         return self.read(table) if self.name in table.entries else None
 
 
 @dataclass(frozen=True)
 class Section:
-    """A table of a file, by its heading: its keys; `rules` are further rules of the schema.
+    """A table of a file, by its heading, with its keys; `rules` are additional rules of the schema.
 
     Where `entries` is not empty, it holds a table with these keys for each of them, whose names the schema `naming`
     describes; `rows`, a list of such tables, at least `least`.
@@ -123,17 +123,17 @@ class Section:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The names of its keys."""
+        """Names of the section's keys."""
         return tuple(key.name for key in self.keys)
 
     def within(self, table: Table) -> Mapping[str, Any]:
-        """The values of all its keys in a table, defaults among them; raises `InputError` for any other key."""
+        """Read the values of all keys from a table, defaults included; raises `InputError` for unknown keys."""
         table.only(self.names)
         return {key.name: key.read(table) for key in self.keys}
 
     @property
     def schema(self) -> Schema:
-        """Return the schema of the table."""
+        """Return the JSON schema of the table."""
         table = {
             "type": "object",
             "properties": {key.name: schema_of(key) for key in self.keys},
@@ -148,21 +148,21 @@ class Section:
 
     @property
     def type(self) -> Type:
-        """The type of a key under which it stands."""
+        """Type of a key whose value is such a table."""
         if self.rows:
             return Type("list of tables", self.schema, Table.tables)
         return Type("table of tables" if self.entries else "table", self.schema, Table.table)
 
 
 def schema_of(key: Key) -> Schema:
-    """Return the schema of a key."""
+    """Return the JSON schema of a key."""
     notes = [key.unit, key.default_in_words and f"default {key.default_in_words}"]
     details = "; ".join(note for note in notes if note)
     return {**key.type.schema, "description": f"{key.meaning} ({details})" if details else key.meaning}
 
 
 def _by_name(title: str, schema: Schema, read: Callable[[Table, str], Any]) -> Type:
-    """A table of values by name."""
+    """Type of a table with values by name."""
 
     def read_all(table: Table, key: str) -> dict[str, Any]:
         of = table.table(key)
@@ -172,7 +172,7 @@ def _by_name(title: str, schema: Schema, read: Callable[[Table, str], Any]) -> T
 
 
 def _number(table: Table, key: str) -> float:
-    """The value of a formula of numbers."""
+    """Value of a formula without names."""
     return _value(table, key, table.formula(key))
 
 
@@ -190,7 +190,7 @@ def _number_or_numbers(table: Table, key: str) -> Any:
 
 
 def _tensor(table: Table, key: str) -> tuple[Formula, ...]:
-    """Six entries of a tensor, or the three of its diagonal."""
+    """Six entries of a tensor, from six entries or the three of its diagonal."""
     entries = table.formulas(key, (3, 6))
     if len(entries) == 6:
         return entries
@@ -226,7 +226,7 @@ NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INER
 
 
 def list_of_numbers(*lengths: int) -> Type:
-    """A list of numbers with one of the `lengths`."""
+    """Type of a list of numbers with one of the `lengths`."""
 
     def read(table: Table, key: str) -> tuple[float, ...]:
         return tuple(_value(table, key, cell) for cell in table.formulas(key, lengths))
@@ -235,7 +235,7 @@ def list_of_numbers(*lengths: int) -> Type:
 
 
 def one_of(words: tuple[str, ...]) -> Type:
-    """A text that is one of `words`."""
+    """Type of a text that is one of `words`."""
 
     def read(table: Table, key: str) -> str:
         text = table.text(key)
@@ -247,10 +247,10 @@ def one_of(words: tuple[str, ...]) -> Type:
 
 
 def some_of(words: Iterable[str]) -> Type:
-    """A list of some of `words`."""
+    """Type of a list of some of `words`."""
     return Type("list of texts", {"type": "array", "items": {"enum": list(words)}}, Table.texts)
 
 
 def is_text(value: Any) -> bool:
-    """Return whether a value of a TOML text is a text, and not a number with a point."""
+    """Return whether a value from TOML is a text, and not a number with a point."""
     return isinstance(value, str) and not isinstance(value, Number)

@@ -43,7 +43,7 @@ from symoro_elastic.quantities.unit_reader import in_two, number_in_si, read_uni
 
 
 def key_of(column: Column) -> Key:
-    """The key of a column."""
+    """Key of a column of the data model."""
     if column.parts:
         kind = keys.VECTOR if len(column.parts) == 3 else keys.TENSOR
     else:
@@ -54,7 +54,7 @@ def key_of(column: Column) -> Key:
 
 
 def keys_of(columns: Iterable[Column]) -> tuple[Key, ...]:
-    """The keys of columns, each once."""
+    """Keys of columns, without repetitions."""
     return tuple({column.key: key_of(column) for column in columns}.values())
 
 
@@ -83,7 +83,7 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
 
 
 def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
-    """Joints with the position of each, None for a list of names only."""
+    """Joint positions by name under a key; None for the joints of a list of names."""
     if isinstance(table.entries[key], dict):
         return {**keys.FORMULAS.read(table, key)}
     return dict.fromkeys(table.texts(key))
@@ -144,7 +144,7 @@ VARIABLE = Key(
 
 
 def _axis(table: Table, key: str) -> tuple[float, ...]:
-    """The direction of an axis, of length 1."""
+    """Direction of an axis under a key, as a unit vector."""
     value = table.entries[key]
     if keys.is_text(value):
         if not re.fullmatch("[-+]?[xyz]", value):
@@ -213,7 +213,7 @@ FROM = Key(
 
 
 def _where(kinds: Iterable[Kind], rules: keys.Schema) -> keys.Schema:
-    """Return the schema for rows of some kinds."""
+    """Return a schema that applies rules to rows of some kinds."""
     return {"if": {"properties": {"kind": {"enum": [kind.value for kind in kinds]}}}, "then": rules}
 
 
@@ -316,7 +316,7 @@ MEANINGS = {
 
 
 def section_of(name: str, owner: type = Joint) -> Section:
-    """The table of this name, which has an entry for each joint."""
+    """The section `name`, with an entry for each joint."""
     if name == "bodies":
         return BODY
     of_section = keys_of(declared_columns(owner, name))
@@ -326,7 +326,7 @@ def section_of(name: str, owner: type = Joint) -> Section:
 
 
 def _also_of_cell(key: Key) -> Key:
-    """A key of a spring that holds six entries, or six rows of six, where sigma is 6."""
+    """The key of a spring, whose value may be six entries, or six rows of six, if sigma is 6."""
     row = {"type": "array", "items": reference_to("formula"), "minItems": SIX, "maxItems": SIX}
     rows = [] if key.name == "neutral" else [{**row, "items": row}]
     title = f"{key.type.title}; six of them{', or six rows of six,' if rows else ''} where sigma = 6"

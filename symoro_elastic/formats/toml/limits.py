@@ -30,7 +30,7 @@ PAIR = list_of_numbers(2)
 
 
 def _range(table: Table, key: str) -> Range:
-    """The range under a key: a list of its two ends, or a number for both ways."""
+    """Range under a key: a list of two ends, or one number for a symmetric range."""
     if isinstance(table.entries[key], list):
         low, high = PAIR.read(table, key)
     else:
@@ -44,7 +44,7 @@ def _range(table: Table, key: str) -> Range:
 
 
 def _tolerance(table: Table, key: str) -> float | str:
-    """The tolerance under a key: a number, or a text in percent."""
+    """Tolerance under a key: a number, or a text in percent."""
     entry = table.entries[key]
     if isinstance(entry, str) and not isinstance(entry, Number) and entry.rstrip().endswith(PERCENT):
         try:
@@ -94,7 +94,7 @@ LIMITS = Section(
 
 
 def limits_of(top: Table, machine: DescribedMachine, listed: Table) -> Limits:
-    """The limits in the top table of a file; `listed` is that of parameters. Raises `InputError`."""
+    """Read the limits in the top table of a file; `listed` is the table of parameters. Raises `InputError`."""
     return Limits(_of_joints(top.table(HEADING), machine), dict(_of_parameters(listed, machine.parameters)))
 
 
@@ -139,7 +139,7 @@ def _of_parameter(entry: Table, parameter: Parameter) -> Range:
 
 
 def _absolute(tolerance: float | str, value: float) -> float:
-    """A written tolerance in the unit of the value."""
+    """A tolerance as written, converted to the unit of the value."""
     if isinstance(tolerance, str):
         return abs(value) * number(tolerance.rstrip().removesuffix(PERCENT)) / 100
     return tolerance
@@ -159,7 +159,7 @@ def _number(x: float) -> str:
 
 
 def written_tolerance(value: float, tolerated: Range) -> str:
-    """A tolerance as TOML writes it: in percent if that is short and equal, else as a number."""
+    """A tolerance as TOML text: in percent if that is short and exact, else as a number."""
     half = (tolerated.high - tolerated.low) / 2
     share = f"{100 * half / abs(value):.6g} {PERCENT}" if value else ""
     if share and _ranges(value, _absolute(share, value), tolerated):
@@ -173,7 +173,7 @@ def _ranges(value: float, tolerance: float, tolerated: Range) -> bool:
 
 
 def limits_by_joint(limits: Limits) -> Mapping[str, list[tuple[str, str]]]:
-    """The entries of joints by name, as TOML writes them: one number where the range is the same both ways."""
+    """Limit entries of joints as TOML texts by name: one number for a symmetric range."""
     return {
         name: [(key, _written(x, key == LIMITED[0])) for key in LIMITED if (x := getattr(limit, key)) is not None]
         for name, limit in limits.joints.items()

@@ -42,17 +42,17 @@ Entries = dict[str, Any]
 
 
 def read_motions(path: str | Path, machine: Machine) -> tuple[PrescribedMotion, ...]:
-    """The motions in a scene file, its names resolved in `machine`; raises `InputError`."""
+    """Read the motions in a scene file, with names of joints resolved in `machine`; raises `InputError`."""
     return motions_of(load(load_text(path), str(path)), machine)
 
 
 def read_wanted(path: str | Path) -> Wanted | None:
-    """The requirements in a scene file; raises `InputError`."""
+    """Read the requirements (accuracy, outputs) in a scene file; raises `InputError`."""
     return wanted_of(load(load_text(path), str(path)))
 
 
 def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
-    """The motions in the top table of a file, with names of joints of `machine`."""
+    """Read the motions in the top table of a file, with names of joints of `machine`."""
     if MOTIONS.name not in top.entries:
         return ()
     tables = MOTIONS.type.read(top, MOTIONS.name)
@@ -62,7 +62,7 @@ def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
 
 
 def wanted_of(top: Table) -> Wanted | None:
-    """The requirements in the top table of a file, None without such a table."""
+    """Read the requirements in the top table of a file; None without such a table."""
     if "wanted" not in top.entries:
         return None
     table = top.table("wanted").only(WANTED.names)
@@ -73,7 +73,7 @@ def wanted_of(top: Table) -> Wanted | None:
 
 
 def _motion(table: Table) -> PrescribedMotion:
-    """The motion in a table, its names as written."""
+    """Read the motion in a table, with names as written."""
     table.only(MOTION.names)
     entries = {key.name: key.read(table) for key in MOTION.keys if key is not BASE}
     moves, wobbles, forces = (_rows(table, key) for key in ("moves", "wobbles", "forces"))
@@ -98,7 +98,7 @@ def _rows(table: Table, key: str) -> list[Table]:
 
 
 def _servo(table: Table) -> Servo:
-    """Gains, or bandwidth and damping: one of the two pairs, complete."""
+    """Read a servo: gains kp, kd, or bandwidth and damping; one complete pair."""
     table.only(SERVO.names)
     keys = {*table.entries}
     for pair, law in ((GAINS, Gains), (BANDWIDTH, Bandwidth)):
@@ -111,7 +111,7 @@ def _servo(table: Table) -> Servo:
 
 
 def entries_of_motion(motion: PrescribedMotion) -> Entries:
-    """The table of a motion, defaults omitted."""
+    """TOML entries of a motion, defaults omitted."""
     table = {
         "start": motion.start,
         "duration": motion.duration,
@@ -129,7 +129,7 @@ def entries_of_motion(motion: PrescribedMotion) -> Entries:
 
 
 def entries_of_wanted(wanted: Wanted) -> Entries:
-    """The table of requirements, defaults omitted."""
+    """TOML entries of requirements, defaults omitted."""
     table = {name: getattr(wanted, name) for name in WANTED.names}
     return {key: list(x) if isinstance(x, tuple) else x for key, x in table.items() if x}
 

@@ -58,12 +58,12 @@ BESIDE = ("motion", "wanted")
 
 
 def read(text: str, source: str) -> DescribedMachine:
-    """The machine in a TOML text; raises `InputError`. Consistency is checked by `checks.check`."""
+    """Read the machine in a TOML text; raises `InputError`. Consistency is checked by `checks.check`."""
     return machine_of(load(text, source))
 
 
 def machine_of(top: Table) -> DescribedMachine:
-    """The machine in the top table of a file, as `read` gives it."""
+    """Read the machine in the top table of a file, as `read` does."""
     machine = _machine_of(top)
     chosen, choices = with_chosen_joints(top, machine, known_values(machine.parameters))
     if not choices:
@@ -74,7 +74,7 @@ def machine_of(top: Table) -> DescribedMachine:
 
 
 def _machine_of(top: Table) -> DescribedMachine:
-    """The machine in the top table of a file, with 4 joints in beams with joints = "auto"."""
+    """Read the machine in the top table of a file, with 4 joints for beams with joints = "auto"."""
     top, catalogue_springs = with_catalogue(top.only(keys.MACHINE.names))
     source = top.source
     listed = keys.PARAMETERS.type.read(top, keys.PARAMETERS.name)
@@ -182,7 +182,7 @@ Names = tuple[Mapping[str, int], Collection[str], Mapping[int, str]]
 def _by_axes(
     rows: Sequence[Table], joints: Sequence[Joint], frames: Sequence[NamedFrame], names: Names
 ) -> tuple[tuple[Joint, ...], tuple[NamedFrame, ...]]:
-    """Joints, some given by axis and point, as rows of geometric parameters, and frames on them."""
+    """Convert joints given by axis and point to rows of geometric parameters, and the frames on them."""
     from symoro_elastic.formats.toml.axes import TableByAxes, fault_of
 
     numbers, parameters, body_axes = names
@@ -203,7 +203,7 @@ def _is_by_axis(row: Table) -> bool:
 
 
 def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collection[str]) -> Place:
-    """Axis and point of a row."""
+    """Read the axis and the point of a row."""
     from symoro_elastic.formats.toml.axes import Place, fault_of
 
     within = _row(row, keys.IN, numbers, 0)
@@ -222,7 +222,7 @@ def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collectio
 
 
 def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[str]) -> Joint:
-    """A row as written, its variable still in its cell, or put there for a row by axis."""
+    """Read the joint of a row; its variable is in the cell that sigma selects, as written or by axis."""
     row.only(keys.JOINTS.names)
     kind = Kind(keys.KIND.read(row))
     if keys.SIGMA.name not in row.entries and kind != Kind.FIXED:
@@ -244,7 +244,7 @@ def _joint(row: Table, j: int, numbers: dict[str, int], parameters: Collection[s
 
 
 def _variable_cell(row: Table, j: int, parameters: Collection[str]) -> Formula:
-    """The cell of a joint that is given by its axis: its variable alone."""
+    """Cell of a joint that is given by its axis: the joint variable alone."""
     name = keys.VARIABLE.read(row, f"q{j}")
     cell = row.cell(name, keys.VARIABLE.name)
     if cell.tree[0] != "name":
@@ -255,7 +255,7 @@ def _variable_cell(row: Table, j: int, parameters: Collection[str]) -> Formula:
 
 
 def _with_section(joint: Joint, section: str, table: Table) -> Joint:
-    """The joint with the entries of a section in its columns."""
+    """Return the joint with the columns of a section read from its table."""
     if section == "bodies":
         return replace(joint, body=body_of(table))
     table.only(keys.section_of(section, Joint).names)
@@ -263,7 +263,7 @@ def _with_section(joint: Joint, section: str, table: Table) -> Joint:
 
 
 def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[Column, Values], Values]:
-    """Return a function that sets columns of the section from the table; other columns stay.
+    """Return a function that reads the columns of a section from the table; other columns are unchanged.
 
     `sigma` is that of the joint; a rotor turns where the joint slides, too.
     """
@@ -281,7 +281,7 @@ def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[C
 
 
 def body_of(table: Table) -> Body:
-    """The body in a table, about its centre of mass or about the origin of the frame."""
+    """Read the body in a table, about its centre of mass or about the origin of the frame."""
     table.only([key.name for key in keys.OF_BODY])
     central, about_origin = (
         [key.name for key in form[1:] if key.name in table.entries] for form in (keys.ABOUT_CENTER, keys.ABOUT_ORIGIN)
@@ -293,7 +293,7 @@ def body_of(table: Table) -> Body:
 
 
 def loops_of(top: Table, joints: Sequence[Joint]) -> tuple[Loop, ...]:
-    """The loops of a file with these joints; raises `InputError`."""
+    """Read the loops of a file with these joints; raises `InputError`."""
     rows = {joint.name: j for j, joint in reversed([*enumerate(joints, start=1)])}
     by_variable = {joint.variable: joint.name for joint in joints if joint.variable}
     table = top.table("loops")
@@ -317,7 +317,7 @@ def _loop(name: str, entry: Table, rows: Mapping[str, int], by_variable: Mapping
 
 
 def _row(entry: Table, key: Key, rows: Mapping[str, int], default: int | None = None) -> int:
-    """The number of the row that a key names, or gives."""
+    """Number of the row that a key refers to, by name or by number."""
     name = key.read(entry, default)
     if isinstance(name, int):
         return name
@@ -337,7 +337,7 @@ Fail = Callable[[int, str, str], InputError]
 def with_own_variables(
     joints: Sequence[Joint], chosen: Mapping[int, str], parameters: Collection[str], fail: Fail
 ) -> tuple[Joint, ...]:
-    """The joints with their own variables taken out of the cells that sigma selects.
+    """Return the joints with their variables removed from the cells that sigma selects.
 
     `chosen` are the variables that rows name as their own. Of several names in a cell that are no `parameters`, the own
     one is that which no other row owns. Raises what `fail` gives where that leaves none, or a doubt.
@@ -367,7 +367,7 @@ def new_names(cell: Formula, parameters: Collection[str]) -> list[str]:
 
 
 def _own_variables(joints: Sequence[Joint], new: Mapping[int, list[str]], chosen: Mapping[int, str]) -> dict[int, str]:
-    """Own variables by row: stated ones, single names in cells, and the only names that remain."""
+    """Joint variables by row: stated ones, single names in cells, and the only remaining names."""
     alone = {j: names[0] for j, names in new.items() if len(names) == 1}
     owned = {j: name for j, name in alone.items() if offset_of(joints[j - 1].selected, name) is not None}
     elsewhere = set(owned.values())
@@ -378,7 +378,7 @@ def _own_variables(joints: Sequence[Joint], new: Mapping[int, list[str]], chosen
 
 
 def _leave_over(new: Mapping[int, list[str]], owned: dict[int, str]) -> None:
-    """Add the variables of rows whose cells hold one name that no other row owns."""
+    """Assign variables to rows whose cells have a single name that no other row owns, repeatedly."""
     candidates = {j: {*names} for j, names in new.items() if j not in owned}
     holding = rows_by_name(candidates)
     used = [*dict.fromkeys(owned.values())]
@@ -424,7 +424,7 @@ FORMAT = Format(TOML, read, write)
 
 
 def read_scene(path: str | Path, machine: Machine, models: Models | None = None) -> Scene:
-    """The scene in a TOML file, its names resolved in `machine`; raises `InputError`.
+    """Read the scene in a TOML file, with names resolved in `machine`; raises `InputError`.
 
     Its keys stand under [scene] or at the top; tables of motions beside it are left to `read_motions`.
     """
@@ -432,7 +432,7 @@ def read_scene(path: str | Path, machine: Machine, models: Models | None = None)
 
 
 def scene_in(top: Table, machine: Machine, models: Models | None = None) -> Scene:
-    """The scene in the top table of a file, as `read_scene` gives it."""
+    """Read the scene in the top table of a file, as `read_scene` does."""
     source, top = top.source, replace(top, entries={key: x for key, x in top.entries.items() if key not in BESIDE})
     if "scene" in top.entries:
         top = top.only(("scene",)).table("scene")
@@ -440,7 +440,7 @@ def scene_in(top: Table, machine: Machine, models: Models | None = None) -> Scen
 
 
 def scene_of(table: Table) -> Scene:
-    """The scene in a table, its names as written."""
+    """Read the scene in a table, with names as written."""
     entries = SCENE.within(table)
     within = within_of(entries)
     return Scene(**{key: x for key, x in entries.items() if key not in KEYS}, within=within)

@@ -14,7 +14,7 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def machine_schema(models: Collection[str]) -> dict[str, Any]:
-    """The schema of a machine file; its scene may name these models."""
+    """JSON schema of a machine file; its scene may name `models`."""
     schema = dict(MACHINE.schema)
     scene = schema["properties"]["scene"]
     schema["properties"] = schema["properties"] | {"scene": _naming(scene, models)}
@@ -22,7 +22,7 @@ def machine_schema(models: Collection[str]) -> dict[str, Any]:
 
 
 def scene_schema(models: Collection[str]) -> dict[str, Any]:
-    """The schema of a scene file, its keys under [scene] or at the top; it may name these models."""
+    """JSON schema of a scene file, its keys under [scene] or at the top; it may name `models`."""
     scene = _naming(SCENE.schema, models)
     tables = {"scene": scene, "motion": MOTIONS.type.schema, "wanted": WANTED.schema}
     properties = {**scene["properties"], **tables}
@@ -34,7 +34,7 @@ def scene_schema(models: Collection[str]) -> dict[str, Any]:
 
 
 def tests_schema(_models: Collection[str]) -> dict[str, Any]:
-    """The schema of a list of vibration tests, which names no models."""
+    """JSON schema of a list of vibration tests, which names no models."""
     head = {"$schema": DRAFT, "title": "Vibration tests of symoro-elastic", "type": "object"}
     return {
         **head,
@@ -50,7 +50,7 @@ SCHEMAS = {"machine": machine_schema, "scene": scene_schema, "tests": tests_sche
 
 
 def _naming(scene: Schema, models: Collection[str]) -> dict[str, Any]:
-    """The schema of a scene whose models are among these."""
+    """JSON schema of a scene in which only `models` may be named."""
     name = {"enum": list(models)}
     properties = scene["properties"]
     return {

@@ -38,7 +38,7 @@ from symoro_elastic.quantities.unit_reader import UnitError, in_si
 
 @dataclass(frozen=True)
 class Start:
-    """A machine to start from: its title, the rows of its joints, and the lines of its tables by their headings."""
+    """A template of a new machine: its title, the rows of its joints, and the lines of its tables by heading."""
 
     title: str
     joints: str
@@ -55,7 +55,7 @@ TUNED = 'Kv = "tuned", Kp = "tuned", Tn = "tuned", current = { lag = 5e-4 }'
 
 
 def with_drives(start: Start) -> Start:
-    """The machine with limits and drives of all motors, whose gains are to be tuned."""
+    """Return the template with limits and drives of all motors, whose gains are to be tuned."""
     motors = re.findall(r'name = "(\w+)",.*kind = "motor",\s+sigma = (\d)', start.joints)
     width = max((len(name) for name, _ in motors), default=0)
     limits = "\n".join(f"{name:{width}} = {{ {RANGES[sigma]} }}" for name, sigma in motors)
@@ -95,7 +95,7 @@ waist    = { viscous = 2, coulomb = 4 }
 
 
 def start_of_axes(axes: str, screws: str = "") -> Start:
-    """Slides along x, y or z in this order, from the frame to the tool, a motor for each; raises `InputError`.
+    """Template with slides along x, y or z in this order, from frame to tool, each with a motor; `InputError`.
 
     With `screws`, a pitch with its unit or in m, an elastic ball screw is between each motor and its slide.
     """
@@ -126,7 +126,7 @@ def start_of_axes(axes: str, screws: str = "") -> Start:
 
 
 def _pitch(text: str) -> str:
-    """The pitch of a screw, m, as a formula writes it."""
+    """Pitch of a screw, m, as a formula text."""
     try:
         pitch = in_si(text, "m")
         if 0 < number(pitch) < MOST_PITCH:
@@ -308,7 +308,7 @@ rod_{k} = {{ mass = 0.35, center_of_mass = [0.375, 0, 0], inertia = [0.0004, 0.0
 
 
 def _of_limbs(lines: str) -> str:
-    """Lines of a limb, for three limbs a third of a turn apart."""
+    """Lines of a limb, repeated for three limbs a third of a turn apart."""
     turns = ("0", "2*pi/3", "4*pi/3")
     return "\n".join(lines.strip("\n").format(k=k, g=turn) for k, turn in enumerate(turns, 1))
 
@@ -373,14 +373,14 @@ BRIEF = """# {title}
 
 
 def starting_text(name: str, kind: str | Start, full: bool = False) -> str:
-    """The text of a machine file of this kind, with all other keys as comments if `full`."""
+    """Text of a new machine file of this kind, with all other keys as comments if `full`."""
     start = STARTS[kind] if isinstance(kind, str) else kind
     blocks = _blocks(name, start) if full else _brief_blocks(name, start)
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 
 def _brief_blocks(name: str, start: Start) -> Iterator[str]:
-    """The tables of a machine, without comments."""
+    """Tables of a new machine, without comments."""
     yield BRIEF.format(title=f"{name}: {start.title}.")
     yield f'name = "{name}"\ngravity = {GRAVITY.example}'
     yield f"joints = [\n{start.joints.strip(chr(10))}\n]"
@@ -390,7 +390,7 @@ def _brief_blocks(name: str, start: Start) -> Iterator[str]:
 
 
 def _blocks(name: str, start: Start) -> list[str]:
-    """All tables, optional ones as comments."""
+    """Tables of a new machine with comments on all keys; unused optional tables as comments."""
     blocks = [
         HEAD.format(title=f"{name}: {start.title}."),
         f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
@@ -408,7 +408,7 @@ def _blocks(name: str, start: Start) -> list[str]:
 
 
 def _of_section(name: str, section: Section, start: Start) -> str:
-    """A table with the entries of the kind, or as a comment, below its keys."""
+    """Text of a table with its entries in the template, or as a comment, below comments on its keys."""
     if section is LOOPS:
         example = ", ".join(f"{key.name} = {key.example}" for key in section.keys)
         lines = f"loop_name = {{ {example} }}"
@@ -431,7 +431,7 @@ def _table(name: str, comments: str, tables: Mapping[str, str], otherwise: str) 
 
 
 def _comments(section: Section) -> Iterator[str]:
-    """Lines on the meaning of a table and of its keys."""
+    """Comment lines on the meaning of a table and of its keys."""
     yield from _wrap(section.meaning, "# ")
     for key in section.keys:
         unit = f" ({key.unit})" if key.unit else ""

@@ -28,11 +28,11 @@ _RUN = re.compile(r"[\w\-. \t]+", re.ASCII)
 
 
 class Number(str):
-    """A number with a point or an exponent, as written; also nan and inf."""
+    """A number with a point or an exponent, kept as its text; also nan and inf."""
 
 
 def load(text: str, source: str) -> Table:
-    """The tables of a TOML text; raises `InputError` naming the line."""
+    """Parse a TOML text to tables; raises `InputError` naming the line."""
     _check_words(text, source)
     try:
         return Table(tomllib.loads(text, parse_float=Number), source)
@@ -44,12 +44,12 @@ def load(text: str, source: str) -> Table:
 
 
 def table_of(entries: Mapping[str, Any], source: str) -> Table:
-    """Return the table of a mapping of Python as if it stood in a TOML file; raises `InputError`."""
+    """Return the table of a Python mapping, as if it were in a TOML file; raises `InputError`."""
     return Table(_as_written(entries, source), source)
 
 
 def _as_written(value: Any, source: str) -> Any:
-    """Return a value of Python as the TOML reader does: numbers with a point as texts, lists for all sequences."""
+    """Convert a Python value as the TOML reader would give it: numbers with a point as texts, sequences as lists."""
     if isinstance(value, Mapping):
         return {str(key): _as_written(x, source) for key, x in value.items()}
     if isinstance(value, bool | str):
@@ -67,7 +67,7 @@ def _as_written(value: Any, source: str) -> Any:
 
 
 def _check_words(text: str, source: str) -> None:
-    """Refuse keys of many parts and numbers of many digits before TOML is parsed.
+    """Raise `InputError` for keys of many parts and numbers of many digits before TOML is parsed.
 
     Its time and memory grow with the square of their number.
     """
@@ -82,7 +82,7 @@ def _check_words(text: str, source: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """One table: its entries, its file and its place; `units` are those of the entry that is read ("rad or m")."""
+    """A table of a file: its entries, the file and its place in it; `units` are those of the entry being read."""
 
     entries: dict[str, Any]
     source: str
@@ -90,7 +90,7 @@ class Table:
     units: str = ""
 
     def at(self, key: str) -> str:
-        """The name of the place of an entry."""
+        """Name of an entry's place for messages."""
         return f"{self.place}, {key}" if self.place else key
 
     def fail(self, key: str, what: str) -> InputError:
@@ -98,11 +98,11 @@ class Table:
         return InputError(self.source, self.at(key), what)
 
     def refusing(self, key: str) -> AbstractContextManager[None]:
-        """Return a block in which faults of formulas and units are errors about one entry."""
+        """Return a context that converts errors of formulas and units to `InputError` about one entry."""
         return refusing(self.source, self.at(key))
 
     def only(self, allowed: Iterable[str]) -> Table:
-        """Return the table, whose keys must all be `allowed`."""
+        """Return the table; raises `InputError` for keys that are not `allowed`."""
         for key in self.entries:
             if key not in allowed:
                 label = key if re.fullmatch(r"\w{1,60}", key) else quote(key)
@@ -110,7 +110,7 @@ class Table:
         return self
 
     def without(self, key: str) -> Table:
-        """The table without an entry."""
+        """The table without one entry."""
         return replace(self, entries={name: x for name, x in self.entries.items() if name != key})
 
     def table(self, key: str) -> Table:
@@ -128,7 +128,7 @@ class Table:
         return [Table(entry, self.source) for entry in entries]
 
     def text(self, key: str, default: str | None = None) -> str:
-        """The text under `key`; without default it must be there."""
+        """Text under `key`; without a default it is required."""
         text = self.entries.get(key, default)
         if text is None:
             raise self.fail(key, "is missing")
@@ -151,7 +151,7 @@ class Table:
         return truth
 
     def whole(self, key: str) -> int:
-        """The whole number under `key`."""
+        """Integer under `key`."""
         value = self.entries[key]
         if isinstance(value, bool) or not isinstance(value, int):
             raise self.fail(key, "must be a whole number")
@@ -179,7 +179,7 @@ class Table:
         return x, y, z
 
     def cell(self, value: Any, key: str) -> Formula:
-        """A number or a formula, or a table of a value and its unit."""
+        """Formula of a cell: a number or a formula, or a table of a value and its unit."""
         if isinstance(value, dict):
             value = self._with_unit(value, key)
         if isinstance(value, bool) or not isinstance(value, int | str):
@@ -194,7 +194,7 @@ class Table:
         return formula(value, self.source, self.at(key))
 
     def _with_unit(self, entries: dict[str, Any], key: str) -> str:
-        """The text of a number and its unit: { value = 350, unit = "mm" } is "350 mm"."""
+        """Text of a number with its unit: "350 mm" for { value = 350, unit = "mm" }."""
         entry = Table(entries, self.source, self.at(key)).only(QUANTITY)
         value, unit = entries.get("value"), entry.text("unit")
         if not is_plain_number(value):
@@ -204,10 +204,10 @@ class Table:
 
 
 def is_plain_number(value: Any) -> bool:
-    """Whether a value of a TOML text is a finite number, no text or formula."""
+    """Whether a value from TOML is a finite number, not a text or a formula."""
     return isinstance(value, int | Number) and not isinstance(value, bool) and not is_not_finite(value)
 
 
 def is_not_finite(value: Any) -> bool:
-    """Whether a value of a TOML text is nan or inf."""
+    """Whether a value from TOML is nan or inf."""
     return isinstance(value, Number) and "n" in value

@@ -72,7 +72,7 @@ NONE, HANN, EXPONENTIAL = "none", "hann", "exponential"
 
 
 def _window(table: Table, key: str) -> tuple[str, float | None]:
-    """The window with its time, s: the length of segments, or the time constant of an exponential one."""
+    """Window under a key, and its time, s: length of segments, or time constant of an exponential window."""
     if not isinstance(table.entries[key], Mapping):
         name, times = table.text(key), (NONE, HANN)
         if name == EXPONENTIAL:
@@ -120,7 +120,7 @@ TOP = "tests"
 
 @dataclass(frozen=True)
 class ListedTest:
-    """An entry of the list: names are those of joints of the machine, `place` its place in the list `source`."""
+    """An entry of a list of vibration tests, with joint names resolved; `place` is its place in the file `source`."""
 
     file: str
     path: Path
@@ -142,7 +142,7 @@ class ListedTest:
 
 
 def read_list(path: str | Path, machine: Machine) -> tuple[ListedTest, ...]:
-    """The entries of a list of tests; raises `InputError` naming test and key.
+    """Read the entries of a list of vibration tests; raises `InputError` naming test and key.
 
     That is for unknown keys, joints and motors, other units, positions outside limits, motors held and driven.
     """
@@ -177,7 +177,7 @@ def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTes
 
 
 def _positions(table: Table, machine: Machine) -> dict[str, float]:
-    """The positions under `at`, by joint, within limits."""
+    """Positions under `at`, by joint; raises `InputError` for values out of range."""
     of, limits = table.table(AT.name), DescribedMachine.of(machine).limits
     moving = {joint.name: joint for joint in machine.independent_joints}
     positions: dict[str, float] = {}
@@ -204,7 +204,7 @@ def _locked_motors(table: Table, machine: Machine, names: tuple[str, ...]) -> tu
 
 
 def _driven(table: Table, machine: Machine, locked: tuple[str, ...]) -> dict[str, Gains]:
-    """Gains by motor."""
+    """Read the controller gains kp, kd of a test by motor."""
     of, motors = table.table(PD.name), {joint.name: joint for joint in machine.motor_joints}
     gains: dict[str, Gains] = {}
     for key in of.entries:
@@ -254,7 +254,7 @@ def _gains(of: Table, motor: str, slides: bool) -> Gains:
 
 
 def _name(table: Table, name: str, machine: Machine, choices: Collection[str], what: str, place: str = "") -> str:
-    """Return the joint of a name, a variable or a number; raises `InputError` unless it is one of the choices."""
+    """Resolve a joint's name, variable or number; raises `InputError` unless it is one of the choices."""
     joint = joints_by_any_name(machine).get(name, name)
     if joint not in choices:
         raise table.fail(place or name, f"no {what} {quote(name)}{did_you_mean(name, choices)}")

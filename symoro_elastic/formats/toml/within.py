@@ -14,7 +14,7 @@ ONE = {"anyOf": [NUMBER.schema, PERCENTAGE]}
 
 
 def _tolerances(table: Table, key: str) -> dict[str, Tolerance]:
-    """One tolerance for all results, or a table of them by result or joint."""
+    """Read one tolerance for all results, or a table of tolerances by result or joint."""
     written = table.entries[key]
     if isinstance(written, dict):
         of = table.table(key)
@@ -62,12 +62,12 @@ KEYS = tuple(key.name for key in TOLERANCES_OF_SCENE)
 
 
 def within_of(entries: Mapping[str, Any]) -> Within:
-    """Return the tolerances in the three keys of a scene."""
+    """Return the tolerances from the three keys of a scene (within, keep, guaranteed)."""
     return Within(entries[WITHIN.name], Keep(entries[KEEP.name]), Evidence(entries[GUARANTEED.name]))
 
 
 def entries_of(within: Within) -> dict[str, Any]:
-    """The three keys as written; none for exact models."""
+    """Values of the scene keys within, keep and guaranteed, as TOML writes them; empty without tolerances."""
     if not within:
         return {}
     written = {name: _written(tolerance) for name, tolerance in within.tolerances.items()}

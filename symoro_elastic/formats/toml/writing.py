@@ -37,7 +37,7 @@ BASE_PARAMETERS, GROUPED = "base_parameters", "true"
 
 
 def write(machine: Machine) -> str:
-    """The TOML text that `read` reads back."""
+    """Return the TOML text of a machine, which `read` reads back."""
     described = DescribedMachine.of(machine)
     top = [*_top(described, machine.name), f"gravity = {_list(machine.base.gravity)}"]
     return _join_blocks([top, _joints(machine), *_tables(described)])
@@ -54,7 +54,7 @@ def lines_of(machine: DescribedMachine, name: str, rows: Sequence[Entry]) -> Ite
 
 
 def _top(machine: DescribedMachine, name: str) -> Iterator[str]:
-    """Lines at the top: name and notes, empty ones omitted."""
+    """Lines at the top of a file: name and notes, if any."""
     if name:
         yield f"name = {text_of(name)}"
     if machine.origin.notes:
@@ -62,7 +62,7 @@ def _top(machine: DescribedMachine, name: str) -> Iterator[str]:
 
 
 def _tables(machine: DescribedMachine) -> Iterator[list[str]]:
-    """The tables below those of the joints."""
+    """Tables of a machine after those of the joints."""
     yield from ([f"[{title}]", *lines] for title, lines in _sections(machine) if lines)
     yield from _scene_blocks(machine.asked)
 
@@ -72,7 +72,7 @@ def _rows(lines: Iterable[str]) -> list[str]:
 
 
 def write_scene(scene: Scene, motions: Sequence[PrescribedMotion] = (), wanted: Wanted | None = None) -> str:
-    """The TOML text of a scene file."""
+    """Return the TOML text of a scene file."""
     return _join_blocks(_scene_blocks(Request(scene, tuple(motions), wanted)))
 
 
@@ -120,7 +120,7 @@ def _joints(machine: Machine) -> list[str]:
 
 
 def _own_variable(joint: Joint, machine: Machine) -> str:
-    """The end of a row whose cell holds several names that are not parameters: its variable."""
+    """TOML text of a joint's variable, if its cell has several names that are not parameters; else empty."""
     if joint.variable is None or joint.selected.names <= machine.parameter_names:
         return ""
     return f", variable = {text_of(joint.variable)}"
@@ -143,7 +143,7 @@ def _row(joint: Joint, machine: Machine) -> Entry:
 
 
 def _loop(loop: Loop, machine: Machine) -> Entry:
-    """Entries of a loop, defaults omitted."""
+    """TOML entries of a loop, defaults omitted."""
     entry = [("cut", text_of(machine.joint(loop.cut).name)), ("meets", text_of(machine.joint(loop.meets).name))]
     if loop.closes is not Closing.FRAME:
         entry.append(("closes", text_of(loop.closes.value)))
@@ -191,7 +191,7 @@ def _inline(entry: Entry) -> str:
 
 
 def _entry(owner: Joint | Base | Body | Floating, section: str) -> Entry:
-    """Entries of a joint, a body or the base in a section: columns that differ from their defaults."""
+    """TOML entries of a joint, a body or the base in a section: columns that differ from their defaults."""
     cells = [(column, values) for column, values in columns(owner) if column.section == section]
     written = [column.key for column, values in cells if any(x != column.default for x in values)]
     required = REQUIRED if isinstance(owner, Body) and owner != Body() else ()
@@ -247,7 +247,7 @@ def _scene(scene: Scene) -> list[str]:
 
 
 def _plain(entries: Entries) -> list[str]:
-    """Lines of a table of numbers, texts, lists and tables."""
+    """Lines of a TOML table of numbers, texts, lists and tables."""
     return _table((key, _plain_value(x)) for key, x in entries.items())
 
 
@@ -280,7 +280,7 @@ def _names(names: Iterable[str]) -> str:
 
 
 def _cell(text: str) -> str:
-    """A number as a number, anything else in quotes."""
+    """TOML text of a cell: a number without quotes, anything else in quotes."""
     return text if _NUMBER.fullmatch(text) else text_of(text)
 
 
@@ -289,6 +289,6 @@ def _key(name: str) -> str:
 
 
 def text_of(text: str) -> str:
-    """A text in quotes."""
+    """A text in TOML quotes."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{ord(match[0]):04x}", escaped) + '"'

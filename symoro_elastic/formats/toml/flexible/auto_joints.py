@@ -25,7 +25,7 @@ ZERO = np.zeros((4, 4))
 def with_chosen_joints(
     top: Table, machine: DescribedMachine, values: Mapping[str, float]
 ) -> tuple[Table, dict[str, str]]:
-    """The top table of a file with numbers of joints in place of auto, and why by the name of the beam.
+    """Replace joints = "auto" of beams by numbers; return the top table, and reasons by beam.
 
     `machine` is that of the file with 4 joints, `values` those of its parameters. Raises `InputError` where no number
     of joints is enough.
@@ -44,7 +44,7 @@ def with_chosen_joints(
 
 
 def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping[str, float]) -> tuple[Beam, str]:
-    """The beam with the fewest joints that are enough, and why."""
+    """Beam with the fewest joints that are accurate enough, and the reason."""
     if UP_TO.name not in entry.entries:
         return beam, "no up_to"
     highest, tolerance = UP_TO.read(entry), TOLERANCE.read(entry)
@@ -67,7 +67,7 @@ def _chosen(entry: Table, beam: Beam, machine: DescribedMachine, values: Mapping
 
 
 def bodies_beside(machine: DescribedMachine, beam: Beam, values: Mapping[str, float]) -> tuple[Array, Array | None]:
-    """What a beam carries at its end, joints at zero, and what its root is on down to a motor, as rigid bodies.
+    """Rigid bodies at a beam: those carried by its end, and those between its root and a motor, joints at zero.
 
     Integrals (4, 4) of (x, y, z, 1) times itself over the mass, in axes of the beam's row about end and root; NaN where
     a body has no value. None where nothing moves there.
@@ -89,7 +89,7 @@ def bodies_beside(machine: DescribedMachine, beam: Beam, values: Mapping[str, fl
 
 
 def _spread(body: Body, frame: Placement, values: Mapping[str, float]) -> Array:
-    """The integral over a body that is placed in the axes of the beam's row."""
+    """Integral (4, 4) of (x, y, z, 1) times itself over the mass of a body placed in the axes of the beam's row."""
     cells = [cell.known_value(values) for cell in (body.mass, *body.moments, *body.inertia)]
     mass, *rest = np.array([np.nan if cell is None else cell for cell in cells])
     tensor, first = np.array(rest[3:])[np.array(UPPER)], np.array(rest[:3])

@@ -46,7 +46,7 @@ SLENDER = 5
 
 
 def _sizes(table: Table, key: str) -> tuple[str, tuple[Formula, ...]]:
-    """Kind and sizes of a section."""
+    """Shape and dimensions of a cross-section."""
     sizes = replace(table.table(key), units="m").only(SIZES)
     if len(sizes.entries) != 1:
         raise table.fail(key, f"must be one of {', '.join(SIZES)}, as {{ tube = [0.12, 0.1] }}")
@@ -218,7 +218,7 @@ MAY_BE_ZERO = (LINE_MASS, LINE_INERTIA, DAMPING)
 
 
 def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
-    """The beam in an entry of [beams]; raises `InputError`.
+    """Read the beam in an entry of [beams]; raises `InputError`.
 
     `values` are those of parameters: sections are checked by them as far as they have values.
     """
@@ -263,7 +263,7 @@ def beam_of(table: Table, name: str, values: Mapping[str, float]) -> Beam:
 
 
 def _doubts_of_fit(beam: Beam) -> Iterator[str]:
-    """Kinds of deflection whose places could not be fitted to the first frequency."""
+    """Warnings on kinds of deflection whose joints do not reproduce the first frequency."""
     for kind in beam.bends if beam.rule == FITTED and not beam.modes else ():
         if not beam.line(kind).is_uniform and (error := error_of_first(beam, kind)) > WELL_FITTED:
             what = f"joints of {kind} have an error of {100 * error:.2g} % in the first frequency"
@@ -271,7 +271,7 @@ def _doubts_of_fit(beam: Beam) -> Iterator[str]:
 
 
 def _with_shear(table: Table, beam: Beam) -> Beam:
-    """The beam with the numbers that the places of its slides depend on; raises `InputError` where they have names."""
+    """Return the beam with numerical shear softness and gyration, which place its joints; `InputError` for names."""
     square = f"{operand(beam.length)}^2"
     softness = {x: product(beam.stiffness[x], over=(shear, square)) for x, shear in beam.shear.items()}
     gyration = {x: product(beam.inertia[x], over=(beam.mass, square)) for x in beam.shear}
@@ -285,7 +285,7 @@ def _with_shear(table: Table, beam: Beam) -> Beam:
 
 
 def _pieces(table: Table) -> list[Table]:
-    """Tables with length and section: those of the pieces, or that of the beam."""
+    """Tables with length and section: those of the beam's pieces, or the beam's own."""
     if PIECES.name not in table.entries:
         return [table]
     for key in (LENGTH, SECTION, END_SECTION):
@@ -302,7 +302,7 @@ def _pieces(table: Table) -> list[Table]:
 
 
 def _profile(table: Table, pieces: list[Table], values: Mapping[str, float]) -> tuple[str, Profile]:
-    """Length of a beam, and how its sections change."""
+    """Length of a beam, and the profile of its sections along it."""
     for piece in pieces:
         if LENGTH.name not in piece.entries:
             raise piece.fail(LENGTH.name, "is missing")
@@ -340,7 +340,7 @@ def _numbers(table: Table, key: Key, cells: Sequence[Formula]) -> tuple[float, .
 
 
 def _modes(table: Table) -> tuple[int, bool]:
-    """Number of modes, 0 of a beam by joints, and whether tension stiffens it."""
+    """Number of modes, 0 for a beam by joints, and whether the beam is stiffened by tension."""
     modes, stiffening = MODES.read(table), STIFFENING.read(table)
     if modes and (other := next((key.name for key in (JOINTS, RULE) if key.name in table.entries), "")):
         raise table.fail(other, "belongs to a beam by joints: leave it out, or modes")
@@ -356,7 +356,7 @@ def _modes(table: Table) -> tuple[int, bool]:
 
 
 def _refuse_values(table: Table, values: Mapping[str, float]) -> None:
-    """Refuse numbers that are negative, and zeros where a beam needs more."""
+    """Raise `InputError` for negative numbers, and for zeros where positive numbers are required."""
     for key in BEAMS.keys:
         if key.type in (keys.FORMULA, BENDING.type) and key.name in table.entries:
             cells = key.read(table)
@@ -373,7 +373,7 @@ Properties = tuple[dict[str, str], str, dict[str, str], dict[str, str]]
 
 
 def _of_section(table: Table, piece: Table, both: tuple[str, str], values: Mapping[str, float]) -> Properties:
-    """Properties of a beam by the section of its first piece, E, G and density."""
+    """Properties of a beam from the section of its first piece, E, G and density."""
     for key in (BENDING, OF_TORSION, OF_TENSION, OF_SHEAR, LINE_MASS, LINE_INERTIA):
         if key.name in table.entries:
             raise table.fail(key.name, "follows from the section: leave one of them out")
@@ -399,7 +399,7 @@ def _of_section(table: Table, piece: Table, both: tuple[str, str], values: Mappi
 
 
 def _doubts(table: Table, pieces: list[Table], text: str, values: Mapping[str, float]) -> Iterator[str]:
-    """Implausible numbers of a beam with a section, as those in mm, MPa and t/mm3 are without their units."""
+    """Warnings on implausible properties of a beam with a section, as by mm, MPa and t/mm3 without units."""
     for key, (low, high), likely in ((MODULUS, STIFF, "MPa"), (DENSITY, DENSE, "t/mm3")):
         value = key.read(table).known_value(values)
         if value is not None and not low <= value <= high:
@@ -412,7 +412,7 @@ def _doubts(table: Table, pieces: list[Table], text: str, values: Mapping[str, f
 
 
 def _fault_of_section(kind: str, sizes: list[float | None]) -> str:
-    """Why no section has these sizes; empty where one may."""
+    """Reason why a section with these dimensions is impossible; empty if it is possible."""
     if any(size is not None and size <= 0 for size in sizes):
         return f"sizes of a {kind} must be above 0"
     if kind == "bar" and None in sizes:
@@ -428,7 +428,7 @@ def _fault_of_section(kind: str, sizes: list[float | None]) -> str:
 
 
 def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
-    """Properties of a beam that are given themselves."""
+    """Properties of a beam that are stated directly: EI, GJ, EA, kGA, mass and inertia per length."""
     for key in (MODULUS, SHEAR, DENSITY):
         if key.name in table.entries:
             raise table.fail(key.name, "needs a section: give one, or EI, GJ, EA and mass_per_length")
@@ -449,12 +449,12 @@ def _of_cells(table: Table, both: tuple[str, str]) -> Properties:
 
 
 def _by_direction(both: tuple[str, str], cells: Sequence[Formula]) -> dict[str, str]:
-    """Texts of two cells, or the same text twice, by direction across the beam."""
+    """Texts of two cells by direction across the beam; one cell applies to both."""
     return dict(zip(sorted(both), [cell.text for cell in cells] * (3 - len(cells)), strict=True))
 
 
 def rows_of(beam: Beam) -> tuple[list[Entries], dict[str, dict[str, Entries]]]:
-    """The rows of a beam below that of its root, and their bodies and springs by name."""
+    """Rows of a beam below its root, and their bodies and springs by name."""
     first, second = beam.transverse
     root = own_axes(beam)
     frames = {first: np.eye(3), second: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
@@ -491,7 +491,7 @@ def own_axes(beam: Beam) -> Array:
 
 
 def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:
-    """Place, name, kind and compliance fraction of the joints, from the root to the end."""
+    """Position, name, kind and compliance fraction of a beam's joints, from the root to the end."""
     joints = (
         (place, f"{beam.name}_{kind}{k}", kind, share)
         for kind in beam.kinds
@@ -501,7 +501,7 @@ def _joints_along(beam: Beam) -> Iterator[tuple[float, str, str, float]]:
 
 
 def _body(beam: Beam, axes: Array, start: float, end: float) -> Entries:
-    """The rigid piece between two places, in the frame at the first of them."""
+    """Body of the rigid piece between two positions, in the frame at the first of them."""
     mass, center, about = beam.piece(start, end)
     return {
         "mass": mass,

@@ -83,7 +83,7 @@ FLEXIBLE = Section(
 
 
 def bodies_of_files(top: Table) -> dict[str, ModalBody]:
-    """The bodies of files, by joint; raises `InputError`."""
+    """Read the modal bodies that entries load from files, by joint; raises `InputError`."""
     table = top.table(HEADING)
     rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
     bodies = {}
@@ -102,7 +102,7 @@ def bodies_of_files(top: Table) -> dict[str, ModalBody]:
 
 
 def _chosen(entry: Table, body: ModalBody) -> ModalBody:
-    """The body with the modes and the damping that its entry says."""
+    """The body with the modes and the damping that its entry selects."""
     if not STIFFENING.read(entry):
         body = body.without_foreshortening
     elif body.Ct1 is None:
@@ -121,7 +121,7 @@ def _chosen(entry: Table, body: ModalBody) -> ModalBody:
 
 
 def rows_of_body(name: str, body: ModalBody) -> Rows:
-    """The rows of a body by modes below that which holds it."""
+    """Rows of a modal body, below the row that carries it."""
     followers = [
         Follower(f"{name}_{key}", x.point, x.shift, x.turn, np.eye(3), _shorter(x))
         for key, x in body.interfaces.items()
@@ -133,7 +133,7 @@ def rows_of_body(name: str, body: ModalBody) -> Rows:
 
 
 def along_rail(name: str, key: str, body: ModalBody) -> Guideway:
-    """The rail of a body by modes."""
+    """Guideway along a rail of a modal body."""
     rail = body.rails[key]
     turned = {"shift": rail.shift @ rail.axes, "turn": rail.turn @ rail.axes}
     moves = {(what, k): turned[what][:, :, k].T.tolist() for what, k in MOVES}
@@ -142,7 +142,7 @@ def along_rail(name: str, key: str, body: ModalBody) -> Guideway:
 
 
 def _shorter(interface: Interface) -> list[tuple[str, int, Array]]:
-    """Foreshortening of an interface against x, y, z."""
+    """Foreshortening of an interface along -x, -y, -z, as quadratic terms by axis."""
     if interface.shorter is None:
         return []
     against = without_rounding(-interface.shorter)
@@ -150,17 +150,17 @@ def _shorter(interface: Interface) -> list[tuple[str, int, Array]]:
 
 
 def labels(name: str, body: ModalBody) -> list[str]:
-    """Names of the rows of its modes."""
+    """Names of the rows of a body's modes."""
     return [f"{name}_e{k + 1}" for k in range(body.count)]
 
 
 def body_of_file(name: str, body: ModalBody) -> FlexibleBody:
-    """The flexible body of the rows of a file."""
+    """Flexible body for the rows of a modal body read from a file."""
     return FlexibleBody.of(name + ROOT, labels(name, body), body.integrals, body.surface)
 
 
 def written_bodies(top: Table) -> Iterator[FlexibleBody]:
-    """The bodies that are given by integrals; raises `InputError`."""
+    """Read the flexible bodies that entries define by integrals; raises `InputError`."""
     table = top.table(HEADING)
     rows = [row.text("name") for row in top.tables("joints")] if table.entries else []
     for name in table.entries:
@@ -189,7 +189,7 @@ def _of_shape(entry: Table, key: Key, m: int) -> Array:
 
 
 def entry_of_body(body: FlexibleBody) -> list[tuple[str, str]]:
-    """The entry of a body, as TOML writes it."""
+    """Entries of a flexible body as TOML texts."""
     modes = ", ".join(f'"{name}"' for name in body.modes)
     return [(MODES.name, f"[{modes}]"), *((key, _written(getattr(body, key))) for key in SHAPES)]
 

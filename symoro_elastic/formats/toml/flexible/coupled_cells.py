@@ -30,7 +30,7 @@ SMALLEST = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class CoupledCell:
-    """A cell by its coordinates e: `free` are the directions x, y, z, rx, ry, rz that are not held, x[free] = T e.
+    """Spring cell by decoupled coordinates e: `free` are its elastic directions among x to rz, x[free] = T e.
 
     `stiffness`, `damping` and `neutral` are those of e; `leading` the direction whose unit each has.
     """
@@ -44,7 +44,7 @@ class CoupledCell:
 
     @classmethod
     def of(cls, entry: Table, lists: Mapping[str, list[Any]]) -> CoupledCell:
-        """From the stiffness, damping and neutral positions of a spring, as written; raises `InputError`."""
+        """Decouple a spring with matrices of stiffness and damping, as written; raises `InputError`."""
         own = [row[i] if isinstance(row, list) else row for i, row in enumerate(lists["stiffness"])]
         held = [isinstance(x, Number) and "inf" in x for x in own]
         free = tuple(i for i in range(SIX) if not held[i])
@@ -63,7 +63,7 @@ class CoupledCell:
         return cls(free, T, stiffness, damping, neutral, tuple(free[i] for i in leading))
 
     def springs(self, labels: Sequence[str]) -> dict[str, dict[str, str]]:
-        """Entries of springs by label."""
+        """Spring entries (stiffness, damping, neutral position) of the coordinates by label."""
         columns = zip(labels, self.stiffness, self.damping, self.neutral, strict=True)
         return {
             label: {"stiffness": repr(float(k)), "damping": repr(float(c)), "neutral": repr(float(n))}
@@ -71,13 +71,13 @@ class CoupledCell:
         }
 
     def motion(self, direction: int, labels: Sequence[str]) -> str:
-        """The formula of a direction."""
+        """Formula of a direction's displacement in the coordinates."""
         factors = self.T[self.free.index(direction)].tolist()
         return " + ".join(f"({x!r})*{label}" for x, label in zip(factors, labels, strict=True) if x)
 
 
 def without_zeros(entry: Table, key: str, written: list[Any]) -> list[Any]:
-    """Six entries in place of a matrix that is diagonal, else as written; raises `InputError` for other rows."""
+    """Six entries for a diagonal matrix, else the matrix as written; raises `InputError` for invalid rows."""
     if not any(isinstance(row, list) for row in written):
         return written
     if not all(isinstance(row, list) and len(row) == SIX for row in written):
@@ -93,7 +93,7 @@ def is_coupled(lists: Mapping[str, list[Any]]) -> bool:
 
 
 def _matrix(entry: Table, key: str, written: list[Any], free: Sequence[int]) -> Array:
-    """A symmetric matrix of the free directions, not negative; from its diagonal where it is a list of six."""
+    """Symmetric positive semidefinite matrix of the free directions, from a matrix or a list of its diagonal."""
     rows = [x if isinstance(x, list) else [x if k == i else 0 for k in range(SIX)] for i, x in enumerate(written)]
     pairs = ((i, k) for i in range(SIX) for k in range(SIX) if i != k and not {i, k} <= {*free})
     if any(_number(entry, key, rows[i][k], (i, k)) for i, k in pairs):

@@ -34,7 +34,7 @@ UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """A frame on a body: its row and its point at rest, how modes shift and turn it (m, 3), its axes (3, 3) at the end.
+    """A frame on a modal body: its row, its point at rest, displacement and rotation by modes (m, 3), its axes (3, 3).
 
     `shorter` are foreshortenings against an axis: label of the row, axis, and w of e^T w e/2.
     """
@@ -49,7 +49,7 @@ class Follower:
 
 @dataclass(frozen=True, eq=False)
 class ModalRows:
-    """What rows of a body by modes need: its name, sigma, stiffness and damping of the modes, and its followers.
+    """Data for the rows of a modal body: name, sigma, stiffness and damping of the modes, and following frames.
 
     `rigid` are mass, first moments and inertia at rest.
     """
@@ -63,7 +63,7 @@ class ModalRows:
     followers: Sequence[Follower]
 
     def rows(self, placed: Entries) -> Rows:
-        """Rows below that which carries the body, whose frame cells place in that; bodies and springs by name."""
+        """Rows of the body, placed by cells `placed` in the row that carries it; bodies and springs by name."""
         root = self.name + ROOT
         rows = [{"name": root, "kind": "fixed", **placed}]
         for label, sigma in zip(self.labels, self.sigmas, strict=True):
@@ -82,7 +82,7 @@ class ModalRows:
         return rows, {"springs": springs, "bodies": {root: body}}
 
     def _to(self, follower: Follower) -> Iterator[Entries]:
-        """Coupled rows to a frame, and the fixed one at their end."""
+        """Coupled rows that move a following frame, and a fixed row at their end."""
         axes, first = np.eye(3), {"antecedent": self.name + ROOT}
         for what, axis, formula in self._moves(follower):
             sigma = int(what != "turn")
@@ -96,7 +96,7 @@ class ModalRows:
         yield {"name": follower.name, **first, "kind": "fixed", **displacement(axes, follower.axes)}
 
     def _moves(self, follower: Follower) -> Iterator[tuple[str, int, str]]:
-        """Slides along x, y, z and turns about z, y, x of a frame: what, axis and formula."""
+        """Translations along x, y, z and rotations about z, y, x of a frame: name, axis and formula."""
         point, shift, turn = map(without_rounding, (follower.point, follower.shift, follower.turn))
         for axis in range(3):
             at = [repr(float(point[axis]))] if point[axis] else []
@@ -110,7 +110,7 @@ class ModalRows:
 
 
 def _parts(what: str, axis: int, terms: Iterable[str]) -> Iterator[tuple[str, int, str]]:
-    """Moves along or about one axis whose formulas add up to a sum; most often it is one."""
+    """Motions along or about one axis whose formulas add up to a sum, split if it is too long for one formula."""
     formulas: list[str] = []
     for term in terms:
         if formulas and len(formulas[-1]) + len(term) < LONGEST:
@@ -122,7 +122,7 @@ def _parts(what: str, axis: int, terms: Iterable[str]) -> Iterator[tuple[str, in
 
 
 def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
-    """The rows of a beam by modes below that of its root, and their bodies and springs by name."""
+    """Rows of a beam by modes below its root, and their bodies and springs by name."""
     root, modal = own_axes(beam), _of_beam(beam, values)
     kinds = {kind: np.array([mode.kind == kind for mode in modal.modes]) for kind in beam.bends}
     shorter = [
@@ -138,7 +138,7 @@ def rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
 
 @dataclass(frozen=True, eq=False)
 class Guideway:
-    """A straight line on a body by modes that guides a slide: the root row of the body, and names of its modes.
+    """A straight line on a modal body that guides a slide: the root row of the body, and names of its modes.
 
     `moves` are the polynomials of each mode, by powers of the distance in m, for "shift" and "turn" along the axes of
     the line, x along it: columns of `axes` (3, 3) in the frame of the root. It begins at `point` and is `length` long;
@@ -155,7 +155,7 @@ class Guideway:
     is_stiffened: bool = False
 
     def rows(self, name: str, own: Entries, place: str) -> list[Entries]:
-        """The rows of a slide: its own, coupled rows of deflection and slope at its place, and a frame.
+        """Rows of a slide: its own, coupled rows for deflection and slope at its position, and a frame.
 
         `place` is the formula of its distance from the beginning, `own` are the other cells of its row.
         """
@@ -181,7 +181,7 @@ class Guideway:
 
 
 def along_beam(beam: Beam, values: Mapping[str, float]) -> Guideway:
-    """The axis of a beam by modes."""
+    """Guideway along the axis of a beam by modes."""
     modal = _of_beam(beam, values)
     moves = {(what, k): [_motion(mode, what, k, modal.length) for mode in modal.modes] for what, k in MOVES}
     root = beam.name + ROOT
@@ -191,7 +191,7 @@ def along_beam(beam: Beam, values: Mapping[str, float]) -> Guideway:
 
 
 def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
-    """Coefficients, by powers of x in m, of a displacement or turn along an axis; empty where it is none."""
+    """Polynomial coefficients in x, m, of a mode's displacement or rotation along an axis; empty if it is zero."""
     is_bar = mode.kind in (TORSION, AXIAL)
     direction = ALONG if is_bar else mode.direction if what == "shift" else np.cross(ALONG, mode.direction)
     moves = (what == "shift") == (mode.kind != TORSION) if is_bar else True
@@ -202,7 +202,7 @@ def _motion(mode: Mode, what: str, axis: int, length: float) -> list[float]:
 
 
 def _at_place(coefficients: Sequence[float], place: str) -> str:
-    """A polynomial at a place, after Horner."""
+    """Text of a polynomial evaluated at a position, by Horner's rule."""
     *others, last = np.trim_zeros(coefficients, "b")
     text = repr(last)
     for c in reversed(others):
@@ -211,13 +211,13 @@ def _at_place(coefficients: Sequence[float], place: str) -> str:
 
 
 def body_of_beam(beam: Beam, values: Mapping[str, float]) -> FlexibleBody:
-    """The flexible body of the rows of a beam by modes."""
+    """Flexible body for the rows of a beam by modes."""
     modal = _of_beam(beam, values)
     return modal.body(beam.name + ROOT, _labels(beam, modal))
 
 
 def _of_beam(beam: Beam, values: Mapping[str, float]) -> ModalBeam:
-    """The modes of a beam in its own frame."""
+    """Modes of a beam in its own frame."""
     directions = {kind: own_axes(beam) @ np.eye(3)["xyz".index(kind)] for kind in beam.transverse}
     return modal_beam(beam, values, directions)
 
@@ -239,7 +239,7 @@ def _linear(factors: Array, labels: Sequence[str]) -> Iterator[str]:
 
 
 def _quadratic(w: Array, labels: Sequence[str]) -> Iterator[str]:
-    """Terms of e^T w e/2 of a symmetric w, in variables."""
+    """Terms of the quadratic form e^T w e/2 with symmetric w in the variables e."""
     pairs = ((k, m) for k in range(len(labels)) for m in range(k + 1))
     factors = ((k, m, float(w[k, m]) / (2 if m == k else 1)) for k, m in pairs)
     return (f"({x!r})*{labels[k]}*{labels[m]}" for k, m, x in factors if x)

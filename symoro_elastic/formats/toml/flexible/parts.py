@@ -64,7 +64,7 @@ NEAR = 1e-6
 
 
 class Slide(NamedTuple):
-    """A row that slides along `on`, from a distance `start` from its beginning where its variable is zero; m."""
+    """A row that slides along the body `on`, at `start` from its beginning where the row's variable is zero; m."""
 
     name: str
     on: str
@@ -72,7 +72,7 @@ class Slide(NamedTuple):
     length: float
 
     def doubts(self, limits: Limits, values: Mapping[str, float]) -> list[str]:
-        """A sentence where limits let it leave the body, whose polynomials end there."""
+        """A warning if the limits let the slide leave the body, beyond which deflections are wrong."""
         here = f"{self.name} slides along {self.on}, which is {self.length:g} m long"
         position = limits.of(self.name).position
         if position is None:
@@ -86,7 +86,7 @@ class Slide(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """Rows in place of the row `name` of the file: `carrier`, or the last, carries what that row carries there.
+    """Rows that replace the row `name` of the file; rows on it move to `carrier`, by default the last new row.
 
     `sections` are new entries of tables by joint, where those of the file win: {} removes one.
     """
@@ -99,12 +99,12 @@ class Part:
 
     @property
     def end(self) -> str:
-        """The row that carries what the row of the file carries."""
+        """Name of the new row that carries the rows and frames on the replaced row."""
         return self.carrier or str(self.rows[-1]["name"])
 
 
 def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
-    """The beams of a file, by the values of its parameters; raises `InputError`."""
+    """Read the beams of a file, with values of its parameters; raises `InputError`."""
     table = top.table(HEADING)
     rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
     for name in table.entries:
@@ -116,7 +116,7 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
 
 
 def _beam(table: Table, name: str, values: Mapping[str, float]) -> Beam:
-    """The beam in an entry, whose rows can be written; raises `InputError`."""
+    """Read the beam in an entry whose rows can be generated; raises `InputError`."""
     try:
         beam = beam_of(table, name, values)
         _rows_of_beam(beam, values)
@@ -133,7 +133,7 @@ def _rows_of_beam(beam: Beam, values: Mapping[str, float]) -> Rows:
 def with_rows_of_parts(
     top: Table, beams: Iterable[Beam], values: Mapping[str, float]
 ) -> tuple[Table, tuple[FlexibleBody, ...], list[str], list[Slide]]:
-    """The top table of a file with ordinary rows in place of cells of six degrees, of beams and of bodies of files.
+    """Replace six-degree cells, beams and modal bodies of a file by ordinary rows in its top table.
 
     With it come the bodies that bend by modes, remarks, and slides along them. Raises `InputError`.
     """
@@ -168,13 +168,13 @@ def with_rows_of_parts(
 
 
 def _on_end(frame: Any, ends: Mapping[str, str]) -> Any:
-    """A frame, moved to the end of the beam where its row has a beam."""
+    """Return a frame, moved to the end of the beam if its row is replaced by a beam."""
     on = frame.get("on") if isinstance(frame, dict) else None
     return {**frame, "on": ends.get(on, on)} if isinstance(on, str) else frame
 
 
 def _with_rows(part: Part, below: Rows | None, carries: bool) -> Part:
-    """The rows of a part, with those of a beam or body on its last row, which goes on to carry others or not."""
+    """Return a part with the rows `below` appended to its last row, which still `carries` other rows or not."""
     if below is None:
         return part
     rows, sections = below
@@ -188,7 +188,7 @@ def _rows_of_file(top: Table) -> list[Table]:
 
 
 def with_name_in_place(row: Table, j: int) -> Table:
-    """The row with the joint's name in its place, for later messages."""
+    """Table of a row whose place in messages has the joint's name."""
     name = replace(row, place=f"joint {j}").text("name")
     label = name if name.isidentifier() and len(name) < 100 else quote(name)
     return replace(row, place=f"joint {j} ({label})")
@@ -205,7 +205,7 @@ def _part(top: Table, row: Table, ways: Mapping[str, Guideway]) -> Part:
 
 
 def _slide(top: Table, row: Table, ways: Mapping[str, Guideway]) -> Part:
-    """A prismatic row that slides along a beam by modes or a rail, its body following deflection and slope there."""
+    """Rows of a slide along a beam by modes or a rail; its body follows deflection and slope there."""
     name, on = row.text("name"), row.text("along")
     _refuse_way(row, on, ways)
     if row.entries.get("sigma") != 1 or row.entries.get("kind") not in (Kind.MOTOR, Kind.ELASTIC, Kind.PASSIVE):
@@ -224,7 +224,7 @@ def _slide(top: Table, row: Table, ways: Mapping[str, Guideway]) -> Part:
 
 
 def _refuse_way(row: Table, on: str, ways: Mapping[str, Guideway]) -> None:
-    """Raise `InputError` for what no row slides along."""
+    """Raise `InputError` for a body along which no row can slide."""
     if on not in ways:
         what = f"{quote(on)} is no beam by modes and no rail of a body{did_you_mean(on, ways)}"
         raise row.fail("along", f"{what}: write modes = 3 in its entry of [{HEADING}], or BODY_RAIL")
@@ -236,7 +236,7 @@ def _refuse_way(row: Table, on: str, ways: Mapping[str, Guideway]) -> None:
 
 
 def _rows(parts: Iterable[Part]) -> list[Entries]:
-    """The rows of all parts, with numbers of rows as in the expanded table."""
+    """Rows of all parts, with antecedents as numbers in the expanded table."""
     numbers, names, rows = [0], dict[str, str](), list[Entries]()
     for part in parts:
         first, *others = part.rows
@@ -253,7 +253,7 @@ def _rows(parts: Iterable[Part]) -> list[Entries]:
 
 
 def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
-    """The tables by joint with the entries of parts."""
+    """Tables by joint, with the entries of parts added."""
     tables: dict[str, Entries] = {}
     for part in parts:
         for section, entries in part.sections.items():
@@ -265,7 +265,7 @@ def _sections(top: Table, parts: Iterable[Part]) -> Mapping[str, Entries]:
 
 
 def _cell(top: Table, row: Table) -> Part:
-    """Six elastic rows at one point: exact turns in sequence, without mass between them, and a frame at their end."""
+    """Six elastic rows at one point, massless in between: exact rotations in sequence, and a frame at their end."""
     name = row.text("name")
     entry, lists = _springs(top, row)
     if is_coupled(lists):
@@ -291,7 +291,7 @@ def _cell(top: Table, row: Table) -> Part:
 
 
 def _coupled_cell(row: Table, cell: CoupledCell) -> Part:
-    """The rows of a cell whose springs couple directions: its coordinates, and rows that follow them."""
+    """Rows of a cell with coupled springs: its coordinates, and coupled rows that follow them."""
     name, seat = row.text("name"), row.text("name") + "_seat"
     labels = [f"{name}_e{k}" for k in range(1, len(cell.free) + 1)]
     first = {"antecedent": row.entries["antecedent"]} if "antecedent" in row.entries else {}
@@ -315,7 +315,7 @@ def _seat(row: Table) -> Entries:
 
 
 def _springs(top: Table, row: Table) -> tuple[Table, dict[str, list[Any]]]:
-    """The entry of a cell, and its stiffnesses, dampings and neutral positions by direction, as written."""
+    """Entry of a spring cell, and its stiffnesses, dampings and neutral positions by direction, as written."""
     name = row.text("name")
     if row.entries.get("kind") != Kind.ELASTIC:
         raise row.fail("sigma", f'6 is a cell of six springs: write kind = "{Kind.ELASTIC}"')
@@ -349,7 +349,7 @@ def _six(entry: Table, key: str) -> list[Any]:
 
 
 def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, float]) -> None:
-    """Raise `InputError` for a row or a frame without one that a beam would have to carry inside its length."""
+    """Raise `InputError` for a row or a named frame at a point inside a beam, which carries at its end only."""
     for beam in beams:
         end = next(j for j, joint in enumerate(machine.joints, start=1) if joint.name == beam.name + END)
         length = Formula.parse(beam.length).known_value(values) or 0.0
@@ -363,7 +363,7 @@ def refuse_inside(machine: Machine, beams: Iterable[Beam], values: Mapping[str, 
 
 
 def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> Iterator[tuple[str, Array]]:
-    """Rows and frames that a row carries, fixed ones between, with their points in its frame; those with values."""
+    """Rows and frames carried by a row, directly or by fixed rows, with their points in its frame, if known."""
     frames = {end: Placement()}
     for j, joint in enumerate(machine.joints, start=1):
         placement = place_of_row(joint, values) if joint.antecedent in frames else None
@@ -382,7 +382,7 @@ def _points_beyond(machine: Machine, end: int, values: Mapping[str, float]) -> I
 
 
 def place_of_row(joint: Joint, values: Mapping[str, float]) -> Placement | None:
-    """The placement of a row in its antecedent; None where a cell has no value."""
+    """Placement of a row in its antecedent; None if a cell has no value."""
     cells = [getattr(joint, key).known_value(values) for key in GEOMETRY[:6]]
     if None in cells:
         return None
