@@ -182,7 +182,7 @@ def _at(place: str, faults: Iterable[Fault]) -> Iterator[Fault]:
 
 
 def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]]:
-    """Every cell of the machine, with its place and its joint, if it is that of one."""
+    """Every cell of the machine, with its place in words, and its joint if it belongs to one."""
     for j, joint in enumerate(machine.joints, start=1):
         place = place_of(j, joint)
         yield from ((f"{place}, {cell.label}", joint, cell, formula) for cell, formula in cells(joint))
@@ -194,7 +194,7 @@ def _cells(machine: Machine) -> Iterator[tuple[str, Joint | None, Cell, Formula]
 
 
 def _doubts(machine: Machine) -> Iterator[tuple[str, Doubt]]:
-    """What is wrong or doubtful about units of formulas, with its place."""
+    """Errors and possible errors in the units of formulas, with the place of each."""
     units = UnitsOfNames(machine)
     followers = [machine.joint(j) for j in machine.modal_followers]
     for place, joint, cell, formula in _cells(machine):
@@ -229,7 +229,7 @@ def _name_faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault
 
 
 def _is_carried(machine: Machine, on: str, name: str) -> bool:
-    """Whether a row is that of a name, or follows it without a variable of its own."""
+    """Whether frame `on` is fixed to the body of the row `name`, directly or by fixed frames and coupled joints."""
     rows = {joint.name: joint for joint in machine.joints}
     while on in rows and on != name and rows[on].kind in (Kind.FIXED, Kind.COUPLED) and rows[on].antecedent:
         on = machine.joint(rows[on].antecedent).name
@@ -271,7 +271,7 @@ def _row_faults(j: int, joint: Joint) -> Iterator[Fault]:
 
 
 def _law_faults(joint: Joint) -> Iterator[Fault]:
-    """Cells of springs, friction and motors that need others, or exclude them."""
+    """Faults of springs, friction and motors: cells that lack a companion, such as a ratio without rotor inertia."""
     spring, law, cogging = joint.spring, joint.friction, joint.cogging
     if not joint.sharing.is_zero and joint.kind not in (Kind.MOTOR, Kind.CUT):
         yield "sharing", f"the joint is {joint.kind.value}: only motors share a torque"
@@ -314,7 +314,7 @@ def _cells_without_place(joint: Joint) -> Iterator[Fault]:
 
 
 def _cut_faults(machine: Machine, j: int, joint: Joint) -> Iterator[Fault]:
-    """Faults of a cut joint, and of a row on one."""
+    """Faults of row j that is a cut joint, or whose antecedent is one."""
     carrier = machine.joint(joint.antecedent) if joint.antecedent else None
     if carrier and carrier.kind == Kind.CUT:
         where = machine.joint(carrier.antecedent).name if carrier.antecedent else "the base"
@@ -368,7 +368,7 @@ def _loop_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
 
 
 def _end_faults(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterator[Fault]:
-    """Faults of the rows that a loop joins; `ends` are those of the loops before."""
+    """Faults of the two rows that a loop joins; `ends` names the loops of the rows that earlier loops join."""
     cut, meets = machine.joint(loop.cut), machine.joint(loop.meets)
     if loop.cut == loop.meets:
         yield "meets", f"{meets.name} is the cut joint itself: name the fixed frame that it meets"
@@ -388,7 +388,7 @@ def _end_faults(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterat
 
 
 def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
-    """Faults of the joints whose variables depend on the others of the loop."""
+    """Faults of the dependent joints that a loop names, such as a joint outside of the loop or one named twice."""
     names = machine.rows
     inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
     for name in loop.dependent:
@@ -444,7 +444,7 @@ def _of_joint(machine: Machine, name: str) -> str:
 
 
 def _following_faults(machine: Machine, joint: Joint) -> Iterator[Fault]:
-    """Joint variables that occur twice, and coupled joints that follow nothing."""
+    """Faults of a joint whose variable occurs twice in its cell, and of a coupled joint that follows no variable."""
     key, names = SELECTED[joint.sigma], joint.selected.names
     if joint.variable in names:
         yield key, f"{joint.variable!r} is in the cell twice: a joint is its variable plus other variables"
@@ -519,7 +519,7 @@ def _share_warnings(machine: Machine) -> list[str]:
 
 
 def _loop_warnings(machine: DescribedMachine) -> Iterator[str]:
-    """Warnings about loops around the same joints as another, and about a SYMORO type without its loops."""
+    """Warnings about two loops around the same joints, and about a SYMORO type that contradicts the loops."""
     loops_around = dict[tuple[int, ...], str]()
     for loop in machine.loops:
         other = loops_around.setdefault(machine.around(loop), loop.name)

@@ -69,7 +69,7 @@ class Dimension(Enum):
         return self in NOT_NEGATIVE
 
     def fault(self, x: float, by: str = "") -> str:
-        """Return why no cell of this dimension is x; empty where one may be. `by` says where x comes from."""
+        """Why x cannot be the value of a cell of this dimension; empty for a valid one. `by` names the source of x."""
         if x < 0 and self.is_nonnegative:
             return f"is negative: {x:g}{by}"
         if x == 0 and self in WITHOUT:
@@ -128,7 +128,7 @@ class Column:
 
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
-        """Its entries."""
+        """The cells of the column, one for each of its parts."""
         return tuple(Cell(self, k) for k in range(len(self.parts) or 1))
 
 
@@ -141,19 +141,19 @@ class Cell:
 
     @property
     def label(self) -> str:
-        """Its name in messages: `stiffness`, `inertia XX`."""
+        """Name of the cell in messages: `stiffness`, `inertia XX`."""
         title = self.column.title or self.column.key
         return f"{title} {self.column.parts[self.index]}" if self.column.parts else title
 
     @property
     def par(self) -> str:
-        """Its key in .par files, empty where that format has no place for it."""
+        """Key of the cell in .par files, empty where that format has no place for it."""
         keys = self.column.par
         return keys[self.index if len(keys) > 1 else 0] if keys else ""
 
     @property
     def name(self) -> str:
-        """Its name as a parameter: `stiffness`, `XX`, `center_of_mass.x`."""
+        """Name of the cell as a parameter: `stiffness`, `XX`, `center_of_mass.x`."""
         if not self.column.parts:
             return self.column.key
         return self.par or f"{self.column.key}.{self.column.parts[self.index]}"

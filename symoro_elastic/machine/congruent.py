@@ -77,7 +77,7 @@ def _kinds(machine: Machine, carried: Mapping[int, Sequence[int]]) -> dict[int, 
 def _corresponding(
     limbs: Sequence[int], carried: Mapping[int, Sequence[int]], kinds: Mapping[int, int]
 ) -> Iterator[tuple[int, ...]]:
-    """The joints of limbs that begin with these, each with those in its place in the other limbs."""
+    """Yield tuples of corresponding joints of congruent limbs, from the first joints `limbs` outwards."""
     rows = [tuple(limbs)]
     for row in rows:
         yield row
@@ -85,7 +85,7 @@ def _corresponding(
 
 
 def _pattern(joint: Joint) -> tuple[object, ...]:
-    """What congruent joints have in common: kind, angles aside from their signs, zeros and names in all cells."""
+    """A key that is equal for congruent joints: kind, zeros and names in all cells, angles without their signs."""
     values = (
         round(abs(formula.value()), ANGLE_DECIMALS)
         if cell.column.dimension is Dimension.ANGLE and not formula.names

@@ -104,6 +104,6 @@ def _stem(cell: Cell) -> str:
 
 
 def unused_name(name: str, used: Reasons) -> str:
-    """The name of a parameter, or one like it where it is used or cannot be one."""
+    """The name of a parameter, with a prefix `free_` where it is in use or invalid."""
     candidates: Sequence[str] = (name, f"free_{name}", *(f"free_{name}_{k}" for k in range(1, len(used) + 1)))
     return next(candidate for candidate in candidates if why_reserved(candidate, used) is None)

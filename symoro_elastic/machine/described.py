@@ -37,7 +37,7 @@ class Wanted:
     source: str = field(default="", compare=False)
 
     def error(self, key: str, what: str) -> InputError:
-        """The error to raise about one key."""
+        """The error to raise about one key of the table of required errors."""
         return InputError(self.source, f"wanted, {key}", what)
 
 
@@ -101,7 +101,7 @@ class DescribedMachine(Machine):
 
     @classmethod
     def of(cls, machine: Machine) -> DescribedMachine:
-        """The machine itself, or one without requests and origin."""
+        """The machine itself if it is described, else the machine without requests and origin."""
         if isinstance(machine, cls):
             return machine
         return cls(**{field.name: getattr(machine, field.name) for field in fields(machine)})
@@ -120,12 +120,12 @@ class DescribedMachine(Machine):
 
 
 def limits_of(machine: Machine) -> Limits:
-    """The limits of what a machine has; none where it has no description."""
+    """The limits that apply to a machine: to its independent joints and parameters; none without description."""
     return within_machine(machine.limits, machine) if isinstance(machine, DescribedMachine) else Limits()
 
 
 def drives_of(machine: Machine) -> Drives:
-    """The drives of the motors that a machine has; none where it has no description."""
+    """The drives of the motors of a machine; none where it has no description."""
     return within_motors(machine.drives, machine) if isinstance(machine, DescribedMachine) else Drives()
 
 

@@ -26,7 +26,7 @@ MOTOR = "motor"
 
 
 class Sought(Enum):
-    """The word for a gain that tuning computes."""
+    """The word in place of a gain that tuning is to compute."""
 
     TUNED = "tuned"
 
@@ -183,7 +183,7 @@ POSITIVE = (
 
 
 def why_wrong(key: str, x: float) -> str:
-    """Return why a number under a key is impossible for a drive; empty for a valid one."""
+    """Return why x is impossible as the number under `key` of a drive; empty for a valid one."""
     if (key in POSITIVE or key.endswith(("frequency", "width"))) and not x > 0:
         return f"{x:g} is not above zero"
     if key == "current, compensation" and x > 1:

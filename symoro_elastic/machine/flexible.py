@@ -28,7 +28,7 @@ class Surface:
     modes: Array
 
     def at(self, e: Array) -> Array:
-        """Return its points (N, 3) at deflections (m,)."""
+        """Return the points (N, 3) of the surface at deflections e (m,) of the modes."""
         return np.asarray(self.points + np.tensordot(e, self.modes, axes=1))
 
     def coarse(self, most: int) -> Surface:

@@ -52,7 +52,7 @@ def _fault_of_masses(body: FlexibleBody) -> str:
 
 
 def _fault_of_mode(machine: Machine, rows: Mapping[str, int], name: str, body: FlexibleBody) -> str:
-    """Why a row is no mode; empty where it is one."""
+    """Why a row cannot be a mode of a flexible body; empty where it can."""
     j = rows[name]
     joint = machine.joint(j)
     if joint.kind not in (Kind.ELASTIC, Kind.FIXED):
@@ -69,7 +69,7 @@ def _fault_of_mode(machine: Machine, rows: Mapping[str, int], name: str, body: F
 
 
 def _cell_of_more(joint: Joint) -> str:
-    """A key of a mode's row beyond its variable, spring and friction."""
+    """The first cell of a mode's row that a mode cannot have; empty where there is none."""
     if not joint.rotor_inertia.is_zero:
         return "rotor_inertia"
     for cell, formula in chain(cells(joint.body), cells(joint.wrench)):

@@ -94,7 +94,7 @@ class _Units:
         self.mismatches: list[Mismatch] = []
 
     def of(self, tree: Tree) -> Measure | None:
-        """Return the unit of a part; None if any unit fits."""
+        """Return the unit of a part of a formula; None if any unit fits."""
         match tree:
             case ("number", value):
                 return COUNT if value.denominator == 1 else None

@@ -66,7 +66,7 @@ class FrameNames:
         return self.rows.get(name) if what in (JOINT, ROW) and name else self.joints.get(text)
 
     def name(self, number: int) -> str:
-        """Return the name of a frame, which `number` reads; frame 0 has one of its own."""
+        """Return the name of a frame by its number, the inverse of `number`; the base for frame 0."""
         if number == 0:
             return BASE
         if number > len(self.rows):
@@ -88,12 +88,12 @@ class FrameNames:
         return tuple(sorted(self.own.values()))
 
     def choices(self, or_frame_0: bool = False) -> list[str]:
-        """Return what a message may propose: names of frames, the base."""
+        """Return the names of frames, and of the base if `or_frame_0`, that a message may propose."""
         return [*self.own, *([BASE] if or_frame_0 else [])]
 
 
 def points_of(machine: Machine, frames: Iterable[tuple[int, Point | None]]) -> Points:
-    """Return those of some frames, and points of them, that are not frames of rows, each once."""
+    """Return the frames without a row, and the points other than origins, among `frames`, each once."""
     rows = len(machine.joints)
     return tuple(dict.fromkeys((number, at) for number, at in frames if at or number > rows))
 

@@ -88,7 +88,7 @@ class Body:
 
     @property
     def parameters(self) -> dict[str, Formula]:
-        """XX .. M by name; with `central` about the centre of mass, and its coordinates."""
+        """Inertial parameters XX .. M by name, about the origin or, with `central`, about the centre of mass."""
         return dict(zip(INERTIAL, (*self.inertia, *self.moments, self.mass), strict=True))
 
     @property
@@ -98,14 +98,14 @@ class Body:
 
     @property
     def is_balanced(self) -> bool:
-        """Whether turning it about z leaves its mass where it was."""
+        """Whether mass and inertia of the body are symmetric about its axis z."""
         xx, xy, xz, yy, yz, _ = self.inertia
         return xx.tree == yy.tree and all(x.is_zero for x in (*self.moments[:2], xy, xz, yz))
 
 
 @dataclass(frozen=True)
 class Spring:
-    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd; a motor may have a spring beside it.
+    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd; a motor may have a spring in parallel.
 
     With a `backlash` it exerts nothing while |q - neutral| is below backlash/2, over edges that `rounding` smooths.
     """

@@ -111,7 +111,7 @@ def unit_of(quantity: str, joint: Joint) -> str:
 
 
 def within_machine(limits: Limits, machine: Machine) -> Limits:
-    """Return the limits of what is still in a machine: independent joints, and parameters with a value."""
+    """Return those limits that apply to a machine: of its independent joints, and of parameters with a value."""
     allowed = {}
     for j, joint in enumerate(machine.joints, start=1):
         excluded = {name: None for name in LIMITED if why_unlimited(machine, j, name)}

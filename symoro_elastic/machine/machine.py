@@ -244,7 +244,7 @@ class Machine(Shown):
 
     @cached_property
     def cells_with_names(self) -> tuple[tuple[str, Joint | Body, tuple[tuple[Cell, Formula], ...]], ...]:
-        """Joints and free bodies with cells in which names occur: their name in messages, themselves, these cells."""
+        """Joints and free bodies that have cells with names: their name in messages, joint or body, and these cells."""
         owners: list[tuple[str, Joint | Body]] = [(joint.name, joint) for joint in self.joints]
         owners += [("base", body) for body in self.free_bodies]
         named = ((name, owner, tuple(pair for pair in cells(owner) if pair[1].names)) for name, owner in owners)
@@ -267,14 +267,14 @@ class Machine(Shown):
         return tuple(j for j in self.articulated if j in rows)
 
     def with_variable_in(self, loop: Loop) -> tuple[int, ...]:
-        """Numbers of the joints on whose variables those around a loop depend, by their cells."""
+        """Numbers of the joints whose variables occur in the cells of the joints around a loop."""
         joints = [self.joint(j) for j in self.around(loop)]
         names = {name for joint in joints for name in (str(joint.variable), *joint.selected.names)}
         return tuple(j for j in self.with_variable if self.joint(j).variable in names)
 
     @cached_property
     def not_started(self) -> tuple[int, ...]:
-        """Numbers of the joints of loops with a start that the start does not give: they are solved for."""
+        """Numbers of the joints of loops with a start that omits their position, which is solved for."""
         started = {name for loop in self.loops for name in loop.start}
         in_started_loops = {j for loop in self.loops if loop.start for j in self.with_variable_in(loop)}
         return tuple(j for j in sorted(in_started_loops) if self.joint(j).variable not in started)
@@ -286,7 +286,7 @@ class Machine(Shown):
 
     @cached_property
     def antecedents(self) -> tuple[int, ...]:
-        """Antecedent of the rows."""
+        """Numbers of the antecedents of all rows, in table order."""
         return tuple(joint.antecedent for joint in self.joints)
 
     @cached_property
@@ -342,7 +342,7 @@ class Machine(Shown):
 
     @property
     def static_springs(self) -> dict[int, Joint]:
-        """The rows of static springs as they are when they deflect, by number, without those that follow."""
+        """The static elastic joints, by number, as rows in which their springs can deflect."""
         return {j: joint for j, joint in self.static.items() if joint.kind is Kind.ELASTIC}
 
     @cached_property

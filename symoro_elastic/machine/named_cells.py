@@ -116,7 +116,7 @@ class DriveNumber:
 
     @property
     def unit(self) -> str:
-        """Its unit; empty for a number without one."""
+        """Unit of the number; empty for a number without one."""
         if self.place in ("Kv", "Kp", "Tn"):
             return gain_unit(self.place, self.joint)
         if self.place == "torque_limit":

@@ -83,7 +83,7 @@ def _off_quarter_turns(machine: Machine, values: Mapping[str, float]) -> Iterato
 
 
 def _nearly_quarters(joint: Joint, values: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
-    """Cells next to a quarter turn, with how far they are off it, and the turn."""
+    """Yield angles close to a quarter turn: the cell, its deviation, rad, and the exact angle."""
     for key in ANGLES:
         formula: Formula = getattr(joint, key)
         angle = formula.known_value(values)
@@ -105,7 +105,7 @@ def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
 
 
 def _starts(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
-    """Angles of starts beyond a turn; a joint that drives others, or follows them, may turn often."""
+    """Warnings about start angles of loops above one turn, which may be in degrees; geared joints excepted."""
     turning = [joint for joint in machine.joints if joint.sigma == 0]
     geared = {name for joint in turning for name in joint.selected.names}
     owners = {joint.variable: joint for joint in machine.joints}
@@ -225,7 +225,7 @@ def _gains_energy(law: Friction, values: Mapping[str, float]) -> Iterator[str]:
 
 
 def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
-    """Ratios, and cells of joints that turn with others, beyond those of gears."""
+    """Questions about implausible ratios of gears and of joints that turn with others."""
     ratio = joint.ratio.known_value(values)
     if ratio is not None and abs(ratio) > FAST:
         yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"
@@ -260,7 +260,7 @@ def _doubled_rotor(joint: Joint) -> Iterator[str]:
 
 
 def _rotor_of_a_sum(machine: Machine, joint: Joint) -> Iterator[str]:
-    """A motor whose cell holds other joints, too: its torque acts on its variable, its rotor turns with the sum."""
+    """Warning about the rotor inertia of a motor whose cell contains other joints' variables."""
     led = joint.selected.names & machine.variables.keys() - {joint.variable}
     if joint.kind == Kind.MOTOR and led and not joint.rotor_inertia.is_zero:
         cell = "r" if joint.sigma == 1 else "theta"

@@ -70,7 +70,7 @@ class AppliedForce:
 
 @dataclass(frozen=True)
 class BaseStart:
-    """Start of a floating base, and the wrench on it, which stays.
+    """Initial pose and velocity of a floating base, and a constant wrench on it.
 
     `position` of its origin in the world, m. `orientation` is a quaternion w x y z or a rotation to axes of the world,
     row by row. `velocity` (m/s, rad/s) and `wrench` (N, N m; weight is not included) have six entries each, in axes

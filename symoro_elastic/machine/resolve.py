@@ -220,7 +220,7 @@ def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
 
 
 def joints_by_any_name(machine: Machine) -> dict[str, str]:
-    """Names of joints; a joint's own name comes before the variable of another."""
+    """Names of joints by every text that denotes one: name, variable or number; a name precedes a variable."""
     return {text: machine.joint(j).name for text, j in FrameNames(machine, by_any_name=True).joints.items()}
 
 

@@ -18,7 +18,7 @@ from symoro_elastic.machine.zeroed import with_zeros
 
 
 def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
-    """The machine with the joints of the scene held, springs condensed, gravity and numbers left out that it names.
+    """The machine restricted to a scene: joints locked, springs condensed, gravity and numbers set to zero.
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
     coupled if its cell holds other joints' variables. Static joints are held likewise; `static` of the machine

@@ -52,7 +52,7 @@ class Offer(Protocol):
 
 @dataclass(frozen=True)
 class Scene:
-    """A request; the empty scene asks for the default models of the whole machine.
+    """Request for models of a machine; the empty scene requests the default models of the full machine.
 
     `outputs` maps a model's name to joint (or frame) names, a frame also as `RequestedPart` reads it:
     "tool in bed_x", "tool at (0.1, 0, L2)", columns of derivatives: "by M1, K2"; `locked` a joint's
@@ -107,7 +107,7 @@ class RequestedPart:
 
     @classmethod
     def parse(cls, text: str) -> RequestedPart:
-        """Read a request; raises `FormulaError`."""
+        """Parse a requested joint or frame; raises `FormulaError`."""
         text, *by = f" {text}".split(BY)
         names = tuple(name.strip() for name in by[0].split(",")) if by else ()
         if len(by) > 1 or not all(names):

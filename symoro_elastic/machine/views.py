@@ -144,7 +144,7 @@ def _gain(gain: Formula | Sought | None, unit: str) -> str:
 
 
 def _lateness(drive: Drive) -> Iterator[str]:
-    """Yield what delays the torque after the velocity controller."""
+    """Yield descriptions of the delays, filters and current loop between the velocity controller and the torque."""
     for name in ("lag", "dead_time", "period"):
         x = getattr(drive, name)
         if x is not None and not x.is_zero:

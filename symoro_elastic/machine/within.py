@@ -21,7 +21,7 @@ TWO_DIGITS = 100.0
 
 
 class Keep(StrEnum):
-    """Structure of a model that is kept.
+    """Which structure a model with left-out terms keeps.
 
     Each parameter is whole or zero; or terms of the inertia matrix and of the potential are left out, and all else
     follows from these; or single terms are left out anywhere.
@@ -33,7 +33,7 @@ class Keep(StrEnum):
 
 
 class Evidence(StrEnum):
-    """How an error is known.
+    """Kind of evidence for an error.
 
     By a proof for all states of a box; by a bound on states drawn from it, with a stated confidence; by the linear
     model along a motion; by a simulation of that motion; or not at all.

@@ -41,7 +41,7 @@ def numbers_of(machine: Machine) -> dict[str, Formula]:
 
 
 def name_of(joint: Joint, cell: Cell) -> str:
-    """The name of a number of a joint."""
+    """The name of a cell's number: joint and quantity, such as `tool.XX`."""
     return f"{joint.name}.{cell.name}"
 
 

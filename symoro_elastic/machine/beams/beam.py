@@ -63,7 +63,7 @@ class Beam:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """All its formulas."""
+        """Formulas of length, mass, damping, stiffnesses and inertias of the beam."""
         numbers = (self.length, self.mass, self.damping)
         return (*numbers, *self.stiffness.values(), *self.inertia.values(), *self.shear.values())
 
@@ -78,7 +78,7 @@ class Beam:
         return *self.bends, *(IN_SHEAR + kind for kind in self.bends if kind in self.shear)
 
     def line(self, kind: str) -> Line:
-        """What changes along the beam in a kind of deflection."""
+        """Distribution of stiffness, mass and shear along the beam, for one kind of deflection."""
         if kind in (TORSION, AXIAL):
             return Line(self.profile, *((TORSION, POLAR) if kind == TORSION else (AREA, AREA)))
         k = sorted(self.transverse).index(kind)
@@ -86,7 +86,7 @@ class Beam:
         return Line(self.profile, SQUARES[k], AREA, SHEAR[k], softness, gyration)
 
     def joints_of(self, kind: str) -> Joints:
-        """The joints of a kind of deflection: half as many of torsion and tension."""
+        """The joints of a kind of deflection; torsion and tension have half as many as bending."""
         is_bar = kind in (TORSION, AXIAL)
         return joints_along(self.rule, (self.joints + 1) // 2 if is_bar else self.joints, is_bar, self.line(kind))
 
@@ -99,7 +99,7 @@ class Beam:
         return places, tuple(w / self.softness[direction] for w in shares)
 
     def modes_of(self, kind: str) -> int:
-        """Number of modes of a kind: half as many of torsion and tension."""
+        """Number of modes of a kind of deflection; torsion and tension have half as many as bending."""
         return (self.modes + 1) // 2 if kind in (TORSION, AXIAL) else self.modes
 
     def spring(self, kind: str, share: float) -> tuple[str, str]:

@@ -32,7 +32,7 @@ Body = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Line:
-    """What changes along a beam in one kind of deflection, by the names of quantities of its sections.
+    """Distribution of stiffness, mass and shear along a beam in one kind of deflection, by names of section quantities.
 
     `softness` is EI/(kGA L^2) at the root, 0 without shear, and `gyration` the inertia of the section when it turns,
     m r^2/(m L^2), there.
@@ -47,17 +47,17 @@ class Line:
 
     @property
     def is_uniform(self) -> bool:
-        """Whether nothing changes along it, and it has no shear."""
+        """Whether the section is constant along the beam, and the beam has no shear compliance."""
         return not self.profile.pieces and not self.softness
 
     @cached_property
     def mean_mass(self) -> float:
-        """Its mass, or inertia about its axis, by that of a uniform one."""
+        """Mass, or inertia about the axis in torsion, relative to that of a beam with the root section throughout."""
         return self.profile.moments(self.mass, 0.0, 1.0)[0]
 
     @cached_property
     def moments(self) -> tuple[float, float, float]:
-        """Integrals of 1, x, x^2 over the compliance; to the last one that of shear is added."""
+        """Moments of order 0, 1, 2 of the compliance along the beam; shear compliance is added to the last one."""
         x, weights = self.profile.nodes((0.0, 1.0), 2 * POLYNOMIALS)
         over = weights / self.profile.ratio(self.stiffness, x)
         of_shear = self.softness * float(np.sum(weights / self.profile.ratio(self.shear, x))) if self.softness else 0.0
@@ -66,14 +66,14 @@ class Line:
 
 @dataclass(frozen=True)
 class Joints:
-    """Joints of one kind of deflection, and slides that have the compliance of shear."""
+    """Hinges of one kind of deflection, and slides that have the compliance of shear: their places and compliances."""
 
     bent: Rule
     slides: Rule = NO_JOINTS
 
     @property
     def moments(self) -> tuple[float, float, float]:
-        """Sums of 1, x, x^2 over the compliance, as of a line."""
+        """Moments of order 0, 1, 2 of the compliances of the joints, as `moments` of a `Line`."""
         c, cx, cxx = (sum(w * x**k for x, w in zip(*self.bent, strict=True)) for k in range(3))
         return c, cx, cxx + sum(self.slides[1])
 
@@ -97,7 +97,7 @@ class Bending:
 
     @property
     def is_bar(self) -> bool:
-        """Whether it is torsion or tension."""
+        """Whether the deflection is torsion or tension, whose equation is of second order."""
         return self.kind in (TORSION, AXIAL)
 
     @cached_property
@@ -118,7 +118,7 @@ class Bending:
         return float(np.max(np.abs([compliance - 1, *(ours[: len(exact)] / exact - 1)])))
 
     def _frequencies(self, moving: Moving) -> Array:
-        """Frequencies, Hz.
+        """Natural frequencies, Hz, of the beam with the mass matrix `moving`, and the bodies at both ends.
 
         Rigid motions of a free root have no momentum in a mode: they leave the Schur complement of the mass matrix.
         """
@@ -132,13 +132,13 @@ class Bending:
 
 
 def _at_tip(moments: Sequence[float], is_bar: bool) -> float:
-    """Deflection of the tip under a force there."""
+    """Deflection of the tip under a unit force there, from the moments of the compliance."""
     return moments[0] if is_bar else moments[0] - 2 * moments[1] + moments[2]
 
 
 @dataclass(frozen=True)
 class Moving:
-    """The mass matrix (K, K) of shapes, the first `rigid` of them rigid motions, and their motion at the end.
+    """Mass matrix (K, K) of shapes, the first `rigid` of them rigid motions, and their motion at the end of the beam.
 
     `root` is one of the inverse of the stiffness of the others.
     """
@@ -151,7 +151,7 @@ class Moving:
 
     @classmethod
     def of(cls, line: Line, is_bar: bool, shapes: tuple[Array, Array], nodes: tuple[Array, Array], root: Array) -> Self:
-        """From shapes, deflections and turns (K, N + 1) at N nodes with weights, and at the end."""
+        """Return the matrices of shapes: deflections and turns (K, N + 1) at N nodes with weights, and at the end."""
         x, weights = nodes
         at = np.append(x, 1.0)
         rigid = ([at**0], [0 * at]) if is_bar else ([at**0, at], [0 * at, at**0])
@@ -163,7 +163,7 @@ class Moving:
 
 
 def with_tip(moving: Moving, tip: Body) -> Array:
-    """The mass matrix with a body at the end."""
+    """The mass matrix (K, K) of the beam with a body at its end."""
     mass, moment, inertia = tip
     end, turn = moving.end, moving.turn
     both = np.outer(end, turn)
@@ -171,7 +171,7 @@ def with_tip(moving: Moving, tip: Body) -> Array:
 
 
 def moving_joints(line: Line, is_bar: bool, joints: Joints) -> Moving:
-    """A beam as rigid pieces between joints and slides."""
+    """Mass matrix and shapes of a beam that consists of rigid pieces between joints and slides."""
     nodes = line.profile.nodes((0.0, *joints.bent[0], *joints.slides[0], 1.0), 4)
     at = np.append(nodes[0], 1.0)
     places, slides = (np.array(rule[0])[:, None] for rule in (joints.bent, joints.slides))
@@ -182,7 +182,7 @@ def moving_joints(line: Line, is_bar: bool, joints: Joints) -> Moving:
 
 @lru_cache(maxsize=64)
 def moving_beam(line: Line, is_bar: bool) -> Moving:
-    """A beam by the polynomials of its pieces."""
+    """Mass matrix and shapes of a continuous beam, by polynomials on each of its pieces."""
     pieces = list(pairwise(line.profile.edges))
     terms = POLYNOMIALS if len(pieces) == 1 else FEWEST
     x, weights = nodes = line.profile.nodes((0.0, 1.0), 2 * terms)
@@ -197,13 +197,13 @@ def moving_beam(line: Line, is_bar: bool) -> Moving:
 
 
 def _root(strain: Array, weights: Array) -> Array:
-    """A root of the inverse of the stiffness of strains (K, N)."""
+    """R with R^T R the inverse of the stiffness matrix of strain shapes (K, N), by Cholesky."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky((strain * weights) @ strain.T)))
 
 
 @lru_cache(maxsize=64)
 def slowness(line: Line, is_bar: bool) -> float:
-    """First frequency of the beam, clamped at the root and free at its end, by that of a uniform one."""
+    """First frequency of the beam, clamped at the root and free at its end, relative to that of a uniform beam."""
     kind = AXIAL if is_bar else ""
     first, uniform = (
         Bending(kind, 1.0, (0.0, 0.0, 0.0), line=x).exact[0] for x in (replace(line, gyration=0.0), UNIFORM)

@@ -39,7 +39,7 @@ def bending_of(beam: Beam, values: Mapping[str, float], carried: Array, hub: Arr
 
 
 def _body(beam: Beam, kind: str, integral: Array, own: float, length: float) -> Body:
-    """A body by that of a beam, `own` its mass, or inertia about its axis in torsion."""
+    """The tip body relative to the beam: `own` is the beam's mass, or its inertia about its axis in torsion."""
     u, squares, mass = "xyz".index(beam.along[-1]), np.diag(integral), float(integral[3, 3])
     if kind in (TORSION, AXIAL):
         return (float(squares[:3].sum() - squares[u]) if kind == TORSION else mass) / own, 0.0, 0.0

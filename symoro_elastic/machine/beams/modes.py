@@ -71,12 +71,12 @@ class ModalBeam:
 
     @property
     def tip(self) -> Array:
-        """Displacements (m, 3) of the tip."""
+        """Displacements (m, 3) of the tip per unit deflection of each of the m modes."""
         return np.array([mode.direction * (mode.kind != TORSION) for mode in self.modes])
 
     @property
     def turn(self) -> Array:
-        """Turns (m, 3) of the tip."""
+        """Rotations (m, 3) of the tip per unit deflection of each of the m modes, rad."""
         return np.array([mode.turn(np.ones(1), self.length)[0] for mode in self.modes])
 
     @property
@@ -165,7 +165,7 @@ def _modes(
 
 
 def _deflection(bent: Polynomial, softness: float) -> Polynomial:
-    """The deflection of the axis, by the shape whose slope is the turn of sections."""
+    """Deflection of the axis with shear, from the shape `bent` whose slope is the rotation of the sections."""
     return bent - softness * (bent.deriv(2) - bent.deriv(2)(0.0))
 
 

@@ -124,7 +124,7 @@ class _Fit:
     start: Joints
 
     def joints(self, z: Array) -> Joints:
-        """Places and compliances."""
+        """The joints and slides whose places and compliances the vector z holds."""
         k = len(self.start.bent[0])
         bent, slides = (x.reshape(2, -1) for x in (z[: 2 * k], z[2 * k :]))
         return Joints(*((tuple(places.tolist()), tuple(np.exp(shares).tolist())) for places, shares in (bent, slides)))
@@ -136,7 +136,7 @@ class _Fit:
         return min(joints, 2) if self.is_bar else max(1, joints - 1)
 
     def frequencies(self, moving: Moving) -> Array:
-        """Logarithms of the first frequencies with all tips."""
+        """Logarithms of the first natural frequencies of a beam, for each of the masses at the end, `TIPS`."""
         m, n = self.line.mean_mass, moving.rigid
         M = np.array([with_tip(moving, (m * mass, 0.0, m * inertia))[n:, n:] for mass, inertia in TIPS])
         squares = np.linalg.eigvalsh(moving.root @ M @ moving.root.T)
@@ -144,27 +144,27 @@ class _Fit:
 
     @cached_property
     def exact(self) -> Array:
-        """Those of the beam itself."""
+        """Logarithms of the first natural frequencies of the continuous beam, for each of the masses at the end."""
         return self.frequencies(moving_beam(self.line, self.is_bar))
 
     def errors(self, z: Array) -> Array:
-        """Relative errors of frequencies, by their weights."""
+        """Weighted relative errors of the natural frequencies with the joints z."""
         ours = self.frequencies(moving_joints(self.line, self.is_bar, self.joints(z)))
         return np.asarray(((ours - self.exact) * WEIGHTS[: self.count]).ravel())
 
     def moment_errors(self, z: Array) -> Array:
-        """Relative errors of the moments of the compliance."""
+        """Relative errors of the moments of the compliance with the joints z."""
         return (np.divide(self.joints(z).moments, self.line.moments) - 1)[: 1 if self.is_bar else 3]
 
     def merit(self, z: Array) -> float:
-        """What a step lowers: infinite where places leave the beam or their order."""
+        """Sum of the norms of both kinds of errors; infinite where joints leave the beam or their order."""
         joints = self.joints(z)
         if any(np.any(np.diff([0.0, *places, 1.0]) <= 0) for places, _ in (joints.bent, joints.slides)):
             return math.inf
         return float(np.linalg.norm(self.errors(z)) + np.linalg.norm(self.moment_errors(z)))
 
     def steps(self, z: Array) -> Callable[[float], Array]:
-        """The step to exact moments, and along what keeps them to least errors, by its damping."""
+        """Levenberg-Marquardt step as a function of its damping: exact moments first, then least frequency errors."""
         G, J = _slopes(self.moment_errors, z), _slopes(self.errors, z)
         to_exact = -np.linalg.lstsq(G, self.moment_errors(z), rcond=None)[0]
         free = np.linalg.svd(G)[2][len(G) :].T

@@ -65,7 +65,7 @@ class Section:
 
     @property
     def quantities(self) -> dict[str, str]:
-        """All of them by name."""
+        """Area, second moments, torsion constant and shear areas, as formulas by name."""
         squares, shear = dict(zip(SQUARES, self.squares, strict=True)), dict(zip(SHEAR, self.shear, strict=True))
         return {AREA: self.area, TORSION: self.torsion, POLAR: " + ".join(self.squares), **squares, **shear}
 
@@ -121,7 +121,7 @@ class Piece:
 
 @lru_cache(maxsize=64)
 def _formula(kind: str, quantity: str) -> Formula:
-    """A quantity of a kind of section by the names of its sizes; of a bar, a is the longer side in torsion."""
+    """Formula of a quantity of a kind of section by its sizes; of a bar, a is the longer side in torsion."""
     return Formula.parse(section_of(kind, NAMES[: SIZES[kind]], 0).quantities[quantity])
 
 
@@ -137,7 +137,7 @@ class Profile:
         return (0.0, *(piece.end for piece in self.pieces)) if self.pieces else (0.0, 1.0)
 
     def ratio(self, quantity: str, x: Array) -> Array:
-        """A quantity at places x (by the length, within pieces) by that at the root."""
+        """A quantity at places x (fractions of the length, within pieces), relative to that at the root."""
         ratio = np.ones_like(x)
         for start, piece in zip(self.edges, self.pieces, strict=False):
             inside = (start < x) & (x < piece.end)
@@ -154,7 +154,7 @@ class Profile:
         return (ends[:-1, None] + halves * (1 + x)).ravel(), (halves * weights).ravel()
 
     def moments(self, quantity: str, start: float, end: float) -> tuple[float, float, float]:
-        """Of the part from `start` to `end`, by a uniform one: the integral, its centre beyond the middle, the spread.
+        """Integral, centre and spread of a quantity from `start` to `end`, relative to those of a uniform part.
 
         The centre is by the length of the beam; the spread is the second moment about the centre.
         """
