@@ -22,7 +22,7 @@ class WrenchKnown:
 
 @dataclass(frozen=True)
 class Solution:
-    """x of M x = right by M = L D L^T: `left` holds L D below its diagonal D, `inverses` are those of D,
+    """Solution x of M x = right by M = L D L^T: `left` holds L D below its diagonal D, `inverses` are 1/D,
     `reduced` is L^-1 right."""
 
     left: list[list[Scalar]]
@@ -32,7 +32,7 @@ class Solution:
 
     @property
     def twist(self) -> Twist:
-        """Six unknowns as a twist."""
+        """The six unknowns x as a twist."""
         a, b, c, d, e, f = self.x
         return Twist(Vector(a, b, c), Vector(d, e, f))
 
@@ -82,7 +82,7 @@ def rotation_of(quaternion: Sequence[Scalar]) -> Matrix:
 
 
 def pose_rates(u: Vector, V: Twist) -> Twist:
-    """s' and u' at a turn u and the velocity V of the base."""
+    """Time derivatives s' and u' of displacement and rotation vector of the base, from u and its velocity V."""
     v, w = V
     across = cross(u, v)
     shift = v + (1 / _squared_length(u)) * (across + HALF * cross(u, across))
@@ -127,7 +127,7 @@ def quaternion_change(
 
 
 def shift(A_0: Matrix, s: Vector) -> Vector:
-    """P - P_0, in axes of the world."""
+    """Displacement P - P_0 of the base in axes of the world, from s in axes of the start."""
     return A_0 * s
 
 

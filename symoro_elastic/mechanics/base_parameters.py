@@ -96,12 +96,12 @@ class CarriedMotion:
 
     @cached_property
     def turning(self) -> bool:
-        """The frame turns."""
+        """Whether frame j rotates when the joints before joint j move."""
         return any(any(w) for _, w in self.twists)
 
     @cached_property
     def shifting(self) -> bool:
-        """Whether its origin moves."""
+        """Whether the origin of frame j moves."""
         return any(any(v) for v, _ in self.twists)
 
     @cached_property
@@ -111,23 +111,23 @@ class CarriedMotion:
 
     @cached_property
     def perpendicular(self) -> bool:
-        """It does not turn about z."""
+        """Whether frame j has no angular velocity along its axis z."""
         return not any(w[Z] for _, w in self.twists)
 
     @cached_property
     def one_direction(self) -> bool:
-        """Whether all turns are about one direction."""
+        """Whether all rotations of frame j are about one direction."""
         (_, first), (_, second) = self.twists
         return not any(cross(first, second))
 
     @cached_property
     def level(self) -> bool:
-        """Whether its origin does not move along z."""
+        """Whether the origin of frame j never moves along z."""
         return not any(v[Z] for v, _ in self.twists)
 
     @cached_property
     def on_axis(self) -> bool:
-        """Whether its origin does not move across z."""
+        """Whether the origin of frame j never moves perpendicular to z."""
         return not any(v[X] or v[1] for v, _ in self.twists)
 
     @cached_property
@@ -139,7 +139,7 @@ class CarriedMotion:
 
     @cached_property
     def weight_along_z(self) -> bool:
-        """Gravity is parallel to z or zero."""
+        """Whether gravity is parallel to z of frame j, or zero."""
         return not (self.gravity[X] or self.gravity[1])
 
 
@@ -189,7 +189,7 @@ def _alone(names: Sequence[str], joins_antecedent: bool = False) -> Rules:
 
 
 def _rules_revolute(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
-    """YY with XX, MZ and M; more where the axes before are parallel, perpendicular or meet this one."""
+    """Rules of a body on a revolute joint: YY with XX, MZ and M; more where earlier axes are parallel or meet it."""
     yield GroupingRule({"M": 1}, motion.shifting)
     yield GroupingRule({"MZ": 1}, not motion.parallel)
     if motion.parallel:
@@ -207,7 +207,7 @@ def _rules_revolute(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, 
 
 
 def _rules_prismatic(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, motion: CarriedMotion) -> Rules:
-    """The inertia; the first moments along the one direction of rotation, or all; M with a rotor."""
+    """Rules of a body on a prismatic joint: inertia, first moments along the rotation axis or all, M with a rotor."""
     yield from _alone(INERTIA, motion.turning)
     if motion.parallel:
         yield from _alone(("MX", "MY"), motion.turning)
@@ -229,7 +229,7 @@ def _rules_fixed(mechanism: Mechanism, sizes: Mechanism, j: int, link: Link, mot
 
 
 def _height(mechanism: Mechanism, j: int) -> Ratio | None:
-    """Distance along its axis from the point about which frame j is carried to its origin."""
+    """Distance along z_j from the point about which earlier joints rotate frame j to its origin; None for zero."""
     for k in reversed(_turning_joints(mechanism, j)):
         v, w = axis_at(mechanism, k, j)
         if w[1]:
@@ -240,7 +240,7 @@ def _height(mechanism: Mechanism, j: int) -> Ratio | None:
 
 
 def _along(mechanism: Mechanism, sizes: Mechanism, j: int) -> dict[str, int | Ratio]:
-    """The first moment along the one direction about which frame j turns; its largest component is eliminated."""
+    """Coefficients of the first moment along the one rotation axis of frame j; its largest component is eliminated."""
     k = _turning_joints(mechanism, j)[0]
     (_, w), (_, size) = axis_at(mechanism, k, j), axis_at(sizes, k, j)
     entries = sorted((m for m in range(3) if w[m]), key=lambda m: -abs(round(_number(size[m]), 9)))
@@ -298,7 +298,7 @@ def group(
 
 
 def _carried_over(gone: Mapping[str, Scalar], j: int, link: Link, simplify: Simplify) -> RigidInertia:
-    """Parameters of body j in the frame of its antecedent, iLambda_j K_j, step by step."""
+    """Inertial parameters of body j, transformed to the frame of its antecedent: iLambda_j K_j, step by step."""
     body = body_of(gone)
     for step in reversed(link.transform.steps):
         body = body.to_antecedent(Transform((step,)))

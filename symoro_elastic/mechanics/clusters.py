@@ -35,7 +35,7 @@ class Members:
 
 @dataclass(frozen=True)
 class Cluster:
-    """A cluster with its coordinates: rows of S and gam by joint, forces on the free coordinates.
+    """Joints with common coordinates, which are eliminated together: rows of S, gam by joint, forces on coordinates.
 
     Coordinates whose acceleration is known have a column in S, and their share in `gam`, but are not `free`.
     """
@@ -53,7 +53,7 @@ class Cluster:
 
     @property
     def coordinates(self) -> tuple[int, ...]:
-        """All its coordinates."""
+        """Numbers of all coordinates on which the joints of the cluster depend."""
         return tuple(sorted({k for j in self.members.links for k in self.S.get(j, ())}))
 
 
@@ -132,7 +132,7 @@ class ClusterMotion:
 
 @dataclass(frozen=True)
 class _Tree:
-    """J^c and p of the bodies of a cluster, and of its antecedent their sums there; A and Phi of its joints."""
+    """Composite inertias J^c and wrenches p of the links of a cluster, matrix A and wrenches Phi of its joints."""
 
     Jc: dict[int, ArticulatedInertia]
     p: dict[int, Wrench]
@@ -210,7 +210,7 @@ def _tree(
 
 
 def _add_joint(mechanism: Mechanism, tree: _Tree, j: int, o: int, flexible: Mapping[int, ModalMotion]) -> None:
-    """Column j of A, and Phi_j at the antecedent o."""
+    """Add column j of the matrix A of a cluster, and the wrench Phi_j at the antecedent o."""
     link, A = mechanism.link(j), tree.A
     A.setdefault(j, {})
     if link.axis is Axis.NONE:
@@ -239,7 +239,7 @@ def _add_joint(mechanism: Mechanism, tree: _Tree, j: int, o: int, flexible: Mapp
 def _of_coordinates(
     mechanism: Mechanism, cluster: Cluster, tree: _Tree
 ) -> tuple[dict[int, dict[int, Scalar]], dict[int, Wrench], dict[int, Scalar]]:
-    """H, U and eta."""
+    """H, U and eta of a cluster over its coordinates: H = S^T A S, and the projections of Phi and p (L25)."""
     H = congruence(cluster.S, tree.A, cluster.coordinates)
     U = dict.fromkeys(cluster.coordinates, NO_WRENCH)
     eta: dict[int, Scalar] = dict.fromkeys(cluster.coordinates, 0)

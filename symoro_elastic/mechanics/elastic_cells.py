@@ -47,7 +47,7 @@ class ElasticCell:
 
     @property
     def end(self) -> int:
-        """The link at its end, which has the mass."""
+        """Number of the last link of the cell, which has the mass."""
         return self.links[-1]
 
 
@@ -123,7 +123,7 @@ class CentralInertia:
 
 @dataclass(frozen=True)
 class CellElimination:
-    """What a cell exerts on its antecedent, in its frame, and on the carried body, and the acceleration of that."""
+    """Wrenches that a cell exerts on its antecedent and on the body it carries, and the acceleration of this body."""
 
     geometry: CellGeometry
     alpha: Wrench

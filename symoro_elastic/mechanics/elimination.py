@@ -44,7 +44,7 @@ class SingularPivot(ZeroDivisionError):
 
 @dataclass(frozen=True)
 class Elimination:
-    """Quantities of joint j in the backward recursion.
+    """Quantities of joint j in the backward recursion, which eliminates its acceleration.
 
     K and alpha are in the frame before the joint's rotation. In frame j: U = J* a, `UH` = U / H (its entry along the
     joint is the coupling a^T U / H), `rotor_share` = Ia / H, `tau_bias` = Gamma + a^T beta*, `qdd_bias` = tau_bias / H.

@@ -42,7 +42,7 @@ def _with_modes(twice: Scalar, modes: Modes, velocity: Twist, qd: Scalars) -> Sc
 
 
 def gravity_energy(mechanism: Mechanism, gravity: Vector, depth: Scalar = 0) -> Scalar:
-    """- sum of g . (M_j 0P_j + 0A_j MS_j), in J; zero with every centre of mass at the origin of frame 0.
+    """Gravity energy -sum of g . (M_j 0P_j + 0A_j MS_j), J; zero with all centres of mass at the origin of frame 0.
 
     `gravity` is in frame 0 and carried into the frames: g . 0P_j is the depth of frame j. `depth` is that of frame 0.
     """

@@ -29,12 +29,12 @@ Share: TypeAlias = Callable[[Scalar, Scalar, Scalar], Scalar]
 
 
 def share(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
-    """A_ji / D_j."""
+    """Entry A_ji / D_j of the factor L, by the inverse of the pivot."""
     return entry * inverse
 
 
 def share_or_one(entry: Scalar, pivot: Scalar, inverse: Scalar) -> Scalar:
-    """A_ji / D_j, exactly 1 where both are the same expression, as for coordinates that move the same bodies."""
+    """Entry A_ji / D_j of L, exactly 1 where both are one expression, as for coordinates that move the same bodies."""
     return 1 if entry is pivot else entry * inverse
 
 

@@ -68,7 +68,7 @@ class Modes:
         return tuple(T0 + _matrix_sum(self.T1[k], self.e) for k, T0 in enumerate(self.T0))  # (L50)
 
     def deformed(self, body: RigidInertia) -> RigidInertia:
-        """The rigid body that the undeformed one is at e."""
+        """Inertia of the rigid body that results from `body` when its modes are fixed at the deflections e."""
         halves = [x / 2 if not is_zero(x) else 0 for x in self.e]
         moments = [Ct0 + Ct for Ct0, Ct in zip(self.Ct0, self.Ct, strict=True)]
         P = _matrix_sum([T0 + R for T0, R in zip(self.T0, self.R, strict=True)], halves)
@@ -77,15 +77,15 @@ class Modes:
         return RigidInertia(body.mass, body.moments + _sum(moments, halves, ZERO), body.inertia + J)  # (L51)
 
     def wrenches(self) -> dict[int, Wrench]:
-        """U_k by number: the wrench about the origin of frame j that accelerates mode k."""
+        """Wrenches U_k by number of the mode: per unit acceleration of mode k, about the origin of frame j."""
         return {j: Wrench(Ct, ax(R)) for j, Ct, R in zip(self.numbers, self.Ct, self.R, strict=True)}
 
     def masses(self, j: int) -> dict[int, Scalar]:
-        """The row of Mee of a mode, by number."""
+        """Modal masses of mode j with all modes of the body, a row of Mee, by number."""
         return dict(zip(self.numbers, self.Mee[self.numbers.index(j)], strict=True))
 
     def motion(self, w: Vector, qd: Sequence[Scalar]) -> ModalMotion:
-        """What follows from the velocities: F, N and f_k."""
+        """Modal forces at the velocities w and ed: wrench [F; N] of the Coriolis terms, and f_k of each mode."""
         ed = [qd[j] for j in self.numbers]
         Ct, R = self.Ct, self.R
         along = _sum(Ct, ed, ZERO)
@@ -95,7 +95,7 @@ class Modes:
         return ModalMotion(self, self.wrenches(), Wrench(force, moment), f)
 
     def _force(self, k: int, w: Vector, ed: Sequence[Scalar], R: Matrix) -> Scalar:
-        """f_k, by the entries of w w^T - (w.w) 1, of which one joint alone makes few."""
+        """Velocity force f_k on mode k, by the entries of w w^T - (w.w) 1: few operations if a single joint turns."""
         xx, yy, zz = w.x * w.x, w.y * w.y, w.z * w.z
         diagonal = R.x.x * (yy + zz) + R.y.y * (xx + zz) + R.z.z * (xx + yy)
         mixed = sum_of(((R.x.y + R.y.x) * (w.x * w.y), (R.x.z + R.z.x) * (w.x * w.z), (R.y.z + R.z.y) * (w.y * w.z)))
@@ -179,7 +179,7 @@ def _matrix_sum(matrices: Sequence[Matrix], factors: Sequence[Scalar]) -> Matrix
 
 
 def _quadratic(vectors: Sequence[Sequence[Vector]], rates: Sequence[Scalar]) -> Vector:
-    """v_kl ed_k ed_l of vectors with rows k, both orders of a pair together."""
+    """Sum of v_kl ed_k ed_l over all pairs of modes, where v_kl are vectors; both orders of a pair are added first."""
     total = ZERO
     for k, x in enumerate(rates):
         for m in range(k + 1):

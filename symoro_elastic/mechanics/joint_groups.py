@@ -12,7 +12,7 @@ from symoro_elastic.mechanics.spatial import AT_REST, Twist
 
 
 def reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
-    """A cluster in place of a joint; o is its antecedent."""
+    """Eliminate a cluster in the backward recursion, in place of joint j; o is its antecedent."""
     B_o = s.remainder.get(o, AT_REST)
     s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, B_o, s.flexible, s.bias)
     if o not in s.vd:
@@ -22,7 +22,7 @@ def reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
 
 
 def suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
-    """A cell in place of a joint; j is the body that it carries, o its antecedent."""
+    """Eliminate an elastic cell in the backward recursion; j is the body that it carries, o its antecedent."""
     try:
         s.cells[j] = e = eliminate_cell(s.mechanism, cell, s.w, s.Js[j], s.betas[j])
     except ZeroDivisionError:
@@ -35,7 +35,7 @@ def suspend(s: Dynamics, j: int, o: int, cell: ElasticCell) -> None:
 
 
 def follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
-    """Acceleration of a body of a cluster; those of its coordinates at its first link."""
+    """Set the acceleration of a body of a cluster; at the first link, those of all coordinates of the cluster."""
     if j == cluster.first:
         o = cluster.members.antecedent
         s.moved[j] = motion(s.reduced[j], cluster, s.remainder[o] if o in s.Js else AT_REST)
@@ -44,7 +44,7 @@ def follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
 
 
 def follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars) -> None:
-    """Acceleration of a body of a cell; those of its joints at its first link."""
+    """Set the acceleration of a body of an elastic cell; at the first link, those of all joints of the cell."""
     e, o = s.cells[cell.end], link.antecedent
     if j == cell.links[0]:
         s.qdd.update(cell_qdd(cell, e, s.w, qd, Twist(s.vd[o], s.wd[o])))
@@ -56,7 +56,7 @@ def follow_cell(s: Dynamics, j: int, link: Link, cell: ElasticCell, qd: Scalars)
 
 
 def _move(s: Dynamics, j: int, link: Link) -> None:
-    """Acceleration of a body whose joint has a known one."""
+    """Set the acceleration of a body whose joint acceleration is known."""
     V = link.before * s.remainder[link.antecedent] + s.gamma[j]
     s.remainder[j] = link.joint_rotation * V + s.qdd.get(j, 0) * link.axis  # (L28)
     s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]

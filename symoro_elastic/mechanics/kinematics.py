@@ -68,7 +68,7 @@ def frames(mechanism: Mechanism, seen_from: int = 0) -> list[Frame]:
 
 
 class FrameSet(NamedTuple):
-    """All frames j expressed in a frame k, and their distances from their anchors.
+    """All frames j expressed in a frame k, and vectors to their origins from their anchors.
 
     The anchor of frame j is the last revolute joint before it, or the base: what lies between rotates as one body.
     `levers[j]` is kPj less kP of the anchor; only joints between the two enter.

@@ -15,7 +15,7 @@ from symoro_elastic.mechanics.spatial import NO_WRENCH, Axis, RigidInertia, Scal
 
 @dataclass(frozen=True)
 class InertiaMatrix:
-    """A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of.
+    """Inertia matrix A (n+1 by n+1, row and column 0 unused) and the composite inertias it is made of.
 
     `base`: wrenches on a base that is part of the machine per unit of joint acceleration;
     those of its own acceleration are composite inertia 0.
@@ -28,7 +28,7 @@ class InertiaMatrix:
 
 
 def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
-    """A_ij = a_i^T (wrench at i that accelerates everything beyond j by a_j); Ia on the diagonal.
+    """Inertia matrix: A_ij = a_i^T (wrench at i that accelerates all bodies beyond j by a_j); Ia on the diagonal.
 
     Entries are zero where neither joint carries the other. Units kg m2, kg m or kg.
     """

@@ -30,17 +30,17 @@ S = TypeVar("S", bound=SpatialVector)
 
 @dataclass(frozen=True)
 class Parallel:
-    """A link of smaller number whose axes differ from those of a link by a constant `turn`, at every position."""
+    """Constant rotation `turn` between the axes of a link and those of an earlier link that stays parallel to it."""
 
     number: int
     turn: AxialTransform
 
     def components(self, v: Vector) -> Vector:
-        """Components along the axes of the link of a vector given in those of the other."""
+        """Components along the axes of the link of a vector given in those of the parallel link."""
         return self.turn.rotate_back(v)
 
     def entries(self, U: Matrix) -> Matrix:
-        """Entries of a matrix in the axes of the link, given in those of the other."""
+        """Entries of a matrix in the axes of the link, given in those of the parallel link."""
         return rotated_matrix(self.turn._replace(sine=-self.turn.sine), U)
 
 

@@ -59,7 +59,7 @@ def is_short(mechanism: Mechanism) -> bool:
 
 
 def with_accelerations(held: Dynamics, made: TorqueDerivatives, qdd: Mapping[int, Scalar]) -> Dynamics:
-    """The motion `held`, whose joints do not accelerate, with accelerations of joints.
+    """The dynamics `held` at zero joint accelerations, with the accelerations `qdd` of the joints added.
 
     They add V to V'_j, and to f_j what accelerates all beyond joint j as one body and in the joints within.
     """
@@ -94,7 +94,7 @@ def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int],
 
 
 def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
-    """Derivatives, column by column, of the accelerations of `free` and of the torques of the others.
+    """Derivatives, by columns of `given`, of the accelerations of `free` joints and of the torques of the others.
 
     `given` are those of all torques at constant accelerations.
     """
@@ -106,7 +106,7 @@ def changes(given: Entries, A: Entries, numbers: Sequence[int], free: Sequence[i
 
 
 def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], solve: Solve) -> Entries:
-    """The derivatives by the torques of `free` and by the accelerations of the others, column by column."""
+    """Derivatives of unknowns by the torques of `free` joints and by the accelerations of the other joints."""
     entries = inverse(free, solve)
     for c in numbers:
         if c in free:
@@ -121,7 +121,7 @@ def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], so
 
 
 def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
-    """An entry of `given` plus A x in its row."""
+    """Entry `place` of `given` + A x."""
     return sum_of((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
 
 

@@ -55,7 +55,7 @@ Steps = list[tuple[AxialTransform, Vector]]
 
 @dataclass(frozen=True)
 class Change:
-    """Change dA of the field of accelerations beyond a joint, and theta, for a small motion of it."""
+    """Change dA of the accelerations of all bodies beyond a joint, and rotation theta, for its small motion."""
 
     acceleration: Twist
     theta: Vector
@@ -63,13 +63,13 @@ class Change:
 
 @dataclass(frozen=True)
 class Row:
-    """A joint's torque as a linear function of dA and theta."""
+    """Change of a joint's torque as a linear function of dA and theta."""
 
     of_acceleration: Wrench
     of_theta: Vector
 
     def of(self, change: Change) -> Scalar:
-        """The torque of a change."""
+        """The change of torque that a motion of a joint, `change`, causes."""
         (force, moment), (linear, angular) = self.of_acceleration, change.acceleration
         return dot(force, linear) + dot(moment, angular) + dot(self.of_theta, change.theta)
 
@@ -92,7 +92,7 @@ class Composite:
 
     @classmethod
     def of_body(cls, body: RigidInertia, w: Vector) -> Composite:
-        """p = 2 w x MS, Q = -hat(w) (tr(J) 1 - 2 J)."""
+        """The composite of one body at angular velocity w: p = 2 w x MS, Q = -hat(w) (tr(J) 1 - 2 J)."""
         xx, xy, xz, yy, yz, zz = body.inertia
         x = Vector(yy + zz - xx, -2 * xy, -2 * xz)
         y = Vector(-2 * xy, xx + zz - yy, -2 * yz)
@@ -103,17 +103,17 @@ class Composite:
         return Composite(self.inertia + other.inertia, self.p + other.p, self.Q + other.Q)
 
     def wrench(self, change: Change) -> Wrench:
-        """df of a change."""
+        """The wrench df that a change of motion requires on the composite body."""
         force, moment = self.inertia.spatial * change.acceleration
         return Wrench(force + cross(change.theta, self.p), moment + self.Q * change.theta)
 
     def row(self, axis: Axis) -> Row:
-        """a^T df of any change."""
+        """The component a^T df along a joint axis as a linear function of the change of motion."""
         of_theta = self.Q.z if axis is Axis.REVOLUTE else cross(self.p, EZ)
         return Row(self.inertia.spatial * axis, of_theta)
 
     def to_antecedent(self, steps: Steps) -> Composite:
-        """The composite body in the antecedent frame."""
+        """The composite body, described in the antecedent frame."""
         inertia, p, Q = self.inertia, self.p, self.Q
         for step, boost in steps:
             Q = Q + _swept(inertia.moments, boost)
@@ -217,7 +217,7 @@ def _steps(link: Link, w: Vector, qd: Scalar) -> Steps:
 
 
 def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: TorqueDerivatives) -> None:
-    """Torque of joint j as a function of changes, and by the accelerations of joints on the path to it."""
+    """Add the row of joint j at each link on its path, and its derivatives by the accelerations of their joints."""
     row = made.composites[j].row(mechanism.link(j).axis)
     for i in reversed(path(mechanism, j)):
         made.rows[j, i] = row
@@ -237,7 +237,7 @@ def _add_by_row(j: int, i: int, made: TorqueDerivatives) -> None:
 
 
 def _add_columns(mechanism: Mechanism, j: int, f: Wrench, made: TorqueDerivatives) -> None:
-    """Torques of the joints on the path to joint j, by q_j and qd_j; f_j turns with the joint."""
+    """Add derivatives of the torques of joints on the path to joint j by q_j and qd_j; f_j turns with the joint."""
     turned = Wrench(cross(EZ, f.force), cross(EZ, f.moment))
     if mechanism.link(j).axis is Axis.PRISMATIC:
         turned = Wrench(ZERO, turned.force)

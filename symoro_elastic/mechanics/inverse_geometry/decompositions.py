@@ -121,7 +121,7 @@ def _carry(chain: Chain, arm: Solution, v: Vector) -> Vector:
 def _one_axis(
     f: Functions, wrist: Sequence[Mover], _: Sequence[Pose], first: Vector, last: Vector
 ) -> Iterator[Solution]:
-    """Rot(z, q1) = M."""
+    """Solutions of Rot(z, q1) = M, given the first column of M."""
     yield (type_3(f, wrist[0].joint, FIRST, first),)
 
 
@@ -153,7 +153,7 @@ _WRISTS = {1: _one_axis, 2: _two_axes, 3: _three_axes}
 
 
 def turns_then_shifts(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
-    """Up to three revolute joints, neighbours among them not parallel, and up to three prismatic ones, in any order.
+    """Solutions of a chain of up to three revolute joints, successive ones not parallel, and up to three slides.
 
     Orientation depends on the former only; the position is linear in what the latter move.
     """
@@ -239,7 +239,7 @@ _SHIFTS = {0: lambda *_: [], 1: _one_shift, 2: _two_shifts, 3: _three_shifts}
 
 
 def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
-    """C0 J1 C1 (J2 C2 J3 C3 J4) C4 J5 (C5 J6) C_n = T with the axes of 2, 3 and 4 parallel."""
+    """Solve C0 J1 C1 (J2 C2 J3 C3 J4) C4 J5 (C5 J6) C_n = T where the axes of joints 2, 3 and 4 are parallel."""
     arm, ends = chain.movers[1:4], chain.movers[4:]
     for mover in (*arm, *ends):
         if not mover.turns:
@@ -262,14 +262,14 @@ def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
 
 
 def _undone(motion: Found, pose: Pose) -> Pose:
-    """J T."""
+    """The product J T of a joint's motion and a pose."""
     R, p = pose
     columns = Matrix(*(motion.motion.rotate(column) for column in R.T))
     return Pose(columns.T, motion.point(p))
 
 
 def _ends(f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vector, seen: Vector) -> Iterator[Solution]:
-    """Turns of the last joints that bring the direction of the parallel axes where it is seen in the last frame."""
+    """Solutions of the last joints that bring the direction `seen` in the last frame to that of the parallel axes."""
     if len(ends) == 1:
         yield (type_3(f, ends[0].joint, seen, axis),)
         return
@@ -278,7 +278,7 @@ def _ends(f: Functions, ends: Sequence[Mover], poses: Sequence[Pose], axis: Vect
 
 
 def _planar(f: Functions, chain: Chain, rest: Pose, last: Solution) -> list[Solution]:
-    """Solutions of the three parallel axes, all other joints being known."""
+    """Solutions of the three joints with parallel axes, from the solution `last` of the joints after them."""
     pose = rest
     for found, before in zip(reversed(last), reversed(chain.between[4 : 4 + len(last)]), strict=True):
         pose = pose.moved(found.from_other_end().motion).then(before.inverse())

@@ -24,7 +24,7 @@ SIGNS = (1, -1)
 
 @dataclass(frozen=True)
 class Functions:
-    """Functions of the equations in addition to + - * /.
+    """Operations that the equations need in addition to + - * /.
 
     `turn` gives the angle of a point (x, y) of known distance from the origin, its cosine and its sine. `is_zero` tells
     what is zero for all values of the variables, `is_fixed` what the place to be reached does not change.
@@ -38,7 +38,7 @@ class Functions:
 
 
 class Miss(NamedTuple):
-    """Why two neighbouring axes do not qualify: "parallel", "apart" or, meeting a third, "elsewhere".
+    """Reason why two neighbouring axes have no closed form: "parallel", "apart" or, meeting a third, "elsewhere".
 
     `joint` is the second of the two in the table; where they meet others elsewhere, the one between.
     """
@@ -99,7 +99,7 @@ class Pose(NamedTuple):
         return self.rotation.T * (v - self.origin)
 
     def then(self, other: Pose) -> Pose:
-        """iTj jTk."""
+        """The product iTj jTk."""
         columns = Matrix(*(self.rotation * column for column in other.rotation.T))
         return Pose(columns.T, self.point(other.origin))
 
@@ -110,7 +110,7 @@ class Pose(NamedTuple):
         return Pose(step.rotate_rows(rows), origin)
 
     def inverse(self) -> Pose:
-        """jTi."""
+        """The inverse pose jTi."""
         back = self.rotation.T
         return Pose(back, -(back * self.origin))
 
@@ -170,7 +170,7 @@ def real_root(f: Functions, x: Scalar, size: Scalar, scale: Scalar = 0) -> Scala
 
 
 class Difference(NamedTuple):
-    """size - part^2, where size is not negative; `scale` is that of the terms of part^2."""
+    """The difference size - part^2, where size is not negative; `scale` is the scale of the terms of part^2."""
 
     size: Scalar
     part: Scalar
@@ -178,7 +178,7 @@ class Difference(NamedTuple):
 
     @property
     def value(self) -> Scalar:
-        """The difference."""
+        """The value of size - part^2."""
         return self.size - self.part * self.part
 
     def root(self, f: Functions) -> Scalar:
@@ -189,7 +189,7 @@ class Difference(NamedTuple):
 
 
 def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scalar) -> list[Found]:
-    """X cos q + Y sin q = Z: two angles, one where X^2 + Y^2 = Z^2.
+    """Solve X cos q + Y sin q = Z: two angles, one where X^2 + Y^2 = Z^2.
 
     `root` is D = sqrt(X^2 + Y^2 - Z^2), in the form that loses the fewest digits; then
     q = atan2(Y Z + e X D, X Z - e Y D) with e = 1 and -1, and D is the measure.
@@ -202,13 +202,13 @@ def type_2(f: Functions, joint: int, x: Scalar, y: Scalar, z: Scalar, root: Scal
 
 
 def type_3(f: Functions, joint: int, v: Vector, u: Vector, measure: Scalar = 1) -> Found:
-    """Rot(z, q) v = u, two equations in cos q and sin q: one angle, any where v lies on z."""
+    """Solve Rot(z, q) v = u, two equations in cos q and sin q: one angle, any where v lies on z."""
     fixed = v if f.is_fixed(plane_dot(v, v)) else u
     return turned_to(f, joint, plane_dot(v, u), plane_cross(v, u), plane_dot(fixed, fixed), measure)
 
 
 def quadratic(f: Functions, joint: int, a: Scalar, h: Scalar, root: Scalar) -> list[Found]:
-    """a r^2 + 2 h r + c = 0 where `root` is sqrt(h^2 - a c): two lengths."""
+    """Solve a r^2 + 2 h r + c = 0 with `root` = sqrt(h^2 - a c): two lengths."""
     return [shifted_by(joint, (e * root - h) / a, root) for e in SIGNS]
 
 
@@ -219,14 +219,14 @@ def heron(f: Functions, a: Scalar, b: Scalar, c: Scalar) -> Scalar:
 
 
 class Quadric(NamedTuple):
-    """The points x with x.S x + 2 b.x + k = 0."""
+    """Surface of the points x with x.S x + 2 b.x + k = 0."""
 
     S: Matrix
     b: Vector
     k: Scalar
 
     def value(self, x: Vector) -> Scalar:
-        """x.S x + 2 b.x + k."""
+        """Value of x.S x + 2 b.x + k, zero for points of the surface."""
         return dot(x, self.S * x) + 2 * dot(self.b, x) + self.k
 
     def seen_from(self, pose: Pose) -> Quadric:

@@ -19,7 +19,7 @@ IsZero = Callable[[Scalar], bool]
 
 
 class Followed(NamedTuple):
-    """Rows over joint positions x: `variables` give u, `followers` the joints that are more than needed for it."""
+    """Rows that give the variables u from joint positions x, and the positions of redundant joints from the others."""
 
     variables: Rows
     followers: Rows
@@ -30,7 +30,7 @@ class Followed(NamedTuple):
 
 
 def angles_of_followers(is_zero: IsZero, S: Rows, slides: Collection[int]) -> Followed | None:
-    """u of x = S u, S having as many independent rows as columns; None where whole turns of joints leave u in doubt.
+    """Solve x = S u for u, S of full column rank; None where u is ambiguous by whole turns of joints.
 
     An angle is known but for whole turns, so what follows it must turn a whole number of times as far; `slides` are
     joints that are not angles.

@@ -54,12 +54,12 @@ class Mover(NamedTuple):
 
     @property
     def turns(self) -> bool:
-        """Whether it is revolute."""
+        """Whether the joint is revolute."""
         return self.axis is Axis.REVOLUTE
 
 
 def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vector, W: Vector) -> list[Solution]:
-    """Joints that bring the point w to W; `between` are the placements between them. Raises `NoClosedForm`.
+    """Solutions of the joints that bring the point w to W; `between` are the placements between the joints.
 
     With less than three joints W must be within reach: not all its coordinates are looked at.
     """
@@ -144,7 +144,7 @@ def onto_surface(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> lis
 
 
 def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
-    """X cos q + Y sin q = Z, for a surface whose sections normal to z are circles, or straight."""
+    """Angles of a revolute joint J for which J^-1 W is on a surface with circular or straight sections normal to z."""
     S, b, k = surface
     if is_along_z(f, W):
         raise _idle(mover)
@@ -161,7 +161,7 @@ def _turn_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[
 
 
 def _shift_onto(f: Functions, mover: Mover, surface: Quadric, W: Vector) -> list[Found]:
-    """a r^2 + 2 h r + c = 0, or 2 h r + c = 0."""
+    """Lengths of a prismatic joint J for which J^-1 W is on a surface: a r^2 + 2 h r + c = 0, or 2 h r + c = 0."""
     a, h, c = surface.S[2][2], -(dot(surface.S[2], W) + surface.b[2]), surface.value(W)
     if not f.is_zero(a):
         return quadratic(f, mover.joint, a, h, real_root(f, h * h - a * c, h * h + a * a * dot(W, W)))
@@ -182,7 +182,7 @@ def _undetermined(mover: Mover) -> NoClosedForm:
 
 
 def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric:
-    """Where J1 C J2 w can be, in the frame before J1."""
+    """Surface of all points J1 C J2 w that two joints reach, in the frame before J1."""
     first, second = pair
     if first.turns and second.turns:
         return _surface_of_turns(f, pair, C, w)
@@ -197,7 +197,7 @@ def _surface(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric
 
 
 def _surface_of_turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -> Quadric:
-    """Parallel axes: a plane. Axes that meet: a sphere about the point where they do."""
+    """Surface that two revolute joints reach: a plane for parallel axes, a sphere about the point where axes meet."""
     if is_along_z(f, C.rotation.T[2]):
         return plane(EZ, C.point(w)[2])
     here, there = meeting(f, pair, C)
@@ -206,7 +206,7 @@ def _surface_of_turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector) -
 
 
 def _surface_of_turn_and_shift(f: Functions, c: Vector, u: Vector) -> Quadric:
-    """The line c + r u turned about z: the plane z = c3, or a hyperboloid, a cone, a cylinder."""
+    """Surface of the line c + r u turned about z: the plane z = c3, or a hyperboloid, a cone, a cylinder."""
     if f.is_zero(u[2]):
         return plane(EZ, c[2])
     round_ = u[2] * u[2]
@@ -216,7 +216,7 @@ def _surface_of_turn_and_shift(f: Functions, c: Vector, u: Vector) -> Quadric:
 
 
 def _surface_of_shift_and_turn(f: Functions, C: Pose, w: Vector) -> Quadric:
-    """The circle of w about z2 shifted along z1: its plane where z1 lies in it, else an oblique cylinder."""
+    """Surface of the circle of w about z2 shifted along z1: its plane if z1 lies in it, else an oblique cylinder."""
     u = C.rotation[2]
     normal = C.rotation.T[2]
     if f.is_zero(u[2]):
@@ -244,7 +244,7 @@ def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scala
 
 
 def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
-    """J1 C J2 w = G, where G is on the surface of this pair."""
+    """Solve J1 C J2 w = G for both joints, where G is on the surface that they reach."""
     first, second = pair
     if first.turns and second.turns:
         yield from _turns(f, pair, C, w, G)
@@ -273,7 +273,7 @@ def _turns(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
 
 
 def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
-    """Parallel axes: |p + Rot(z, q2) w| = |G| in the plane (type 8), p the first axis in the second frame."""
+    """Angles q2 for parallel axes: |p + Rot(z, q2) w| = |G| in the plane (type 8), p the first axis in frame 2."""
     x, y, _ = Pose(C.rotation, ZERO).point_back(C.origin)
     p = Vector(x, y, 0)
     if is_along_z(f, p):
@@ -284,7 +284,7 @@ def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
 
 
 def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> list[Found]:
-    """Axes that meet: a.Rot(z, q2) w = G3, a the first axis in the second frame and origins where they meet.
+    """Angles q2 for axes that meet: a.Rot(z, q2) w = G3, a the first axis in frame 2, origins where axes meet.
 
     D^2 = |a x z|^2 |w x z|^2 - (G3 - a3 w3)^2 = |a x z|^2 |G x z|^2 - (w3 - a3 G3)^2: the first is exact
     where w is near the second axis, the second where G is near the first; their mean is in both places.
@@ -306,7 +306,7 @@ def _shoulder(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
 
 
 def _turn_and_shift(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -> Iterator[Solution]:
-    """Rot(z, q1) (c + r u) = G."""
+    """Solve Rot(z, q1) (c + r u) = G for the angle q1 and the length r."""
     first, second = pair
     c, u = C.point(w), C.rotation.T[2]
     for r in _lengths(f, second, c, u, G):

@@ -114,7 +114,7 @@ def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solu
 
 
 def _branch(f: Functions, solution: Solution) -> Branch:
-    """A solution and its measure; no joint has a value where the measure has none."""
+    """A solution with its singularity measure; joints have no value where the measure has none."""
     measure: Scalar = 1
     for value in solution:
         measure = measure * value.measure
@@ -130,7 +130,7 @@ def _valid_where(solution: Solution, one: Scalar) -> Solution:
 
 
 def _placement(f: Functions, T: Pose) -> Pose:
-    """T, without a value where its rotation is not valid."""
+    """The pose T, NaN where its rotation matrix is not valid."""
     x, y, z = T.rotation
     faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *(cross(x, y) - z)]
     ok = only_where(f, NOT_A_PLACEMENT * NOT_A_PLACEMENT - _squares(faults))
@@ -138,7 +138,7 @@ def _placement(f: Functions, T: Pose) -> Pose:
 
 
 def _put_back(f: Functions, chain: Chain, T: Pose, branch: Branch) -> Branch:
-    """A branch, without a value where it does not place the end of the chain at T."""
+    """A branch, NaN where it does not place the end of the chain at T."""
     pose = _end_pose(chain, branch.found)
     turns = [x for ours, given in zip(pose.rotation, T.rotation, strict=True) for x in ours - given]
     return _only_close(f, branch, turns, pose.origin - T.origin, T.origin)
@@ -158,7 +158,7 @@ def _only_close(f: Functions, branch: Branch, turns: list[Scalar], shifts: Vecto
 
 
 def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Branch, followers: Rows) -> Branch:
-    """A branch, without a value where a joint is not where others put it: x_j = row of `followers` times x.
+    """A branch, NaN where followers do not follow: x_j must be the row of `followers` times x.
 
     `on_circle` gives cosine and sine.
     """

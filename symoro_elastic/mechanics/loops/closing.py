@@ -119,7 +119,7 @@ def closing_error(loop: Branches) -> Twist:
 
 
 def _over(seen: FrameSet, pivot: int, m: int, e: int) -> Vector:
-    """The lever of e, which meets m, from its anchor: from the pivot to m, and from the anchor to the pivot."""
+    """Lever of frame e from its anchor, computed by way of the pivot and of frame m, whose origin e meets."""
     way = ZERO
     for k in _anchors(seen, pivot):
         way = way + seen.levers[k]
@@ -142,7 +142,7 @@ def _anchors(seen: FrameSet, k: int) -> list[int]:
 
 
 def _at_reach(loop: Branches, column: Twist) -> Twist:
-    """The twist of e's body where the origin of m is: beyond a slide that is cut."""
+    """The twist of the body of e at the origin of m, which differs from that of e along a cut slide."""
     if loop.cut.axis is not Axis.PRISMATIC:
         return column
     return Twist(column.linear + cross(column.angular, loop.reach), column.angular)

@@ -65,7 +65,7 @@ def parallelogram(
 
 
 def _polygon(loop: Circuit) -> list[tuple[Side, Corner]] | None:
-    """Sides, in axes that turn at corners only, each with the corner at its end; None where one is not plain."""
+    """Sides of a loop, each with the corner at its end; None where a segment is not a single side."""
     if any(joint.axis is not Axis.REVOLUTE for joint in loop.unknown):
         return None
     lengths = [_side(segment, 1) for segment in loop.segments]

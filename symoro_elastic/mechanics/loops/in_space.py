@@ -40,13 +40,13 @@ def _closed_form(loop: Circuit, solution: Solution, sides: Mapping[int, Vector])
 
 
 def _to_ball(f: Functions, loop: Circuit, ball: Vector) -> list[Solution]:
-    """J1 S1 ... Jn p = P, where P is the ball seen from the first joint and p from the last."""
+    """Solve J1 S1 ... Jn p = P for the joints; P is the ball centre from the first joint, p from the last."""
     *between, last = (_pose(f, segment) for segment in loop.segments[1:])
     return reach(f, _movers(loop)[1:], between, last.origin, ball)
 
 
 def _to_frame(f: Functions, loop: Circuit) -> list[Solution]:
-    """J1 S1 ... Jn = Sn^-1, begun at the first joint from which this has a closed form."""
+    """Solve J1 S1 ... Jn = Sn^-1 for the joints, from the first joint at which a closed form can start."""
     movers, poses = _movers(loop), [_pose(f, segment) for segment in loop.segments]
     errors: list[NoClosedForm] = []
     for k in range(len(movers)):

@@ -38,7 +38,7 @@ def driven_motion(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, Row], wa
 
 
 def _as_many_as_freedoms(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, Row], wanted: Vector) -> Driven:
-    """udd = S_m^-1 wanted, tau = S_m^-T (A udd + rest)."""
+    """Solve for as many motors as degrees of freedom: udd = S_m^-1 wanted, tau = S_m^-T (A udd + rest)."""
     motors, k = list(S_m), list(A)
     columns = [[S_m[m].get(i, 0) for m in motors] for i in k]
     (found,) = solve(columns, [[wanted[m] for m in motors]])
@@ -50,7 +50,7 @@ def _as_many_as_freedoms(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, R
 
 
 def shared_torques(rows: Mapping[int, Row], kept: Sequence[int], tau: Vector, shares: Vector) -> Vector:
-    """Torques of all motors equivalent to those of the `kept` ones, with the least sum of tau^2 / share (L31).
+    """Torques of all motors equivalent to those of the `kept` motors, with the least sum of tau^2 / share (L31).
 
     `rows` are those of S_m of all motors; those of the kept ones span them.
     """

@@ -31,7 +31,7 @@ class Complex(NamedTuple):
         return Complex(-self.x, -self.y)
 
     def times(self, factor: Scalar) -> Complex:
-        """The vector by a factor."""
+        """The vector times a scalar."""
         return Complex(factor * self.x, factor * self.y)
 
     @property
@@ -57,7 +57,7 @@ class Complex(NamedTuple):
         return self.over(self.square)
 
     def over(self, squared: Scalar) -> Complex:
-        """1 / conj(u), where the square of the length is known."""
+        """The quotient 1 / conj(u), where the square of the length of u is known."""
         if is_zero(self.y):
             return Complex(quotient(1, self.x), 0)
         if is_zero(self.x):
@@ -105,7 +105,7 @@ def close_circuit(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
 
 
 def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
-    """Three known sides give the cosines; h is twice the area (L12).
+    """Angles of a triangle from its three sides, by the cosine law; h is twice the area (L12).
 
     At a joint between the sides a and b, opposite to c: conj(a) e^(i theta) b = (c^2 - a^2 - b^2) / 2 + i h.
     """
@@ -139,7 +139,7 @@ def _twice_area(sides: list[Complex], root: SquareRoot) -> Scalar:
 
 
 def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
-    """Turns 1 and 2, then the slide along n: |w + s n| is the length of the side between the turns (L16), (L17)."""
+    """Solve for two turns and the slide along n: |w + s n| is the length of the side between the turns (L16), (L17)."""
     first, second, slide = loop.unknown
     side, to_slide, back = loop.segments
     n, way = _in_plane(to_slide.frame.rotation.T.z), to_slide + back
@@ -155,7 +155,7 @@ def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
 
 
 def _with_two_slides(loop: Circuit) -> Closed:
-    """A turn by all other turns of the loop, and w + s1 n1 + s2 n2 = 0."""
+    """Solve for a turn by all other turns of the loop, and for two slides: w + s1 n1 + s2 n2 = 0."""
     turn, first, second = loop.unknown
     first_side, second_side, third_side = loop.segments
     around = (first_side + second_side + third_side).frame
@@ -186,5 +186,5 @@ def _seen_from_end(segment: Segment, v: Complex) -> Complex:
 
 
 def _of_joint(joint: Passed, turn: Complex) -> Complex:
-    """The turn in the sense of the joint."""
+    """The turn counted in the positive sense of the joint."""
     return turn if joint.sense > 0 else turn.conjugate

@@ -43,7 +43,7 @@ class Axis(Enum):
 
 @dataclass(frozen=True)
 class TransposedAxis:
-    """a_j^T [4]."""
+    """Transposed joint axis a_j^T [4], which selects the component along the joint."""
 
     of: Axis
 

@@ -44,12 +44,12 @@ class AxialTransform(NamedTuple):
 
     @property
     def rotation(self) -> AxialTransform:
-        """The rotation alone."""
+        """The rotation of this axial transform, without its translation."""
         return self._replace(shift=0)
 
     @property
     def translation(self) -> AxialTransform:
-        """The translation alone."""
+        """The translation of this axial transform, without its rotation."""
         return self._replace(cosine=1, sine=0)
 
     @property
@@ -74,11 +74,11 @@ class AxialTransform(NamedTuple):
         return Vector(cosine * x + sine * y, -(sine * x) + cosine * y, z)
 
     def rotate_rows(self, m: Matrix) -> Matrix:
-        """M R."""
+        """The product M R of a matrix and the rotation."""
         return Matrix(self.rotate_back(m.x), self.rotate_back(m.y), self.rotate_back(m.z))
 
     def rotate_rows_back(self, m: Matrix) -> Matrix:
-        """M R^T."""
+        """The product M R^T of a matrix and the rotation back."""
         return Matrix(self.rotate(m.x), self.rotate(m.y), self.rotate(m.z))
 
     def translate(self, point: Vector) -> Vector:
@@ -180,7 +180,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class TransposedTransform:
-    """jTi^T [5]."""
+    """Transposed transform jTi^T [5], which maps wrenches from frame j to frame i."""
 
     of: Transform
 

@@ -17,7 +17,7 @@ class _Components(NamedTuple):
 
 
 class Vector(_Components):
-    """Three components."""
+    """Vector of three components."""
 
     __slots__ = ()
     __array_ufunc__: ClassVar[None] = None  # an array on the left is one scalar
@@ -59,7 +59,7 @@ def cross(u: Vector, v: Vector) -> Vector:
 
 
 class Matrix(NamedTuple):
-    """Three rows."""
+    """Matrix of three rows."""
 
     x: Vector
     y: Vector
