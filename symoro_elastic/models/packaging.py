@@ -158,7 +158,7 @@ def _frame_name(machine: Machine, frame: Frame) -> str:
 
 
 def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, ...]:
-    """Points of frames that have equations, in the order of their numbers."""
+    """Names of requested points that have equations, in the order of their numbers."""
     name = FrameNames(machine).name
     return tuple(
         str(RequestedPart(name(j), at)) for j, at in max((model.points for model in traced), key=len, default=())
@@ -166,7 +166,7 @@ def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, 
 
 
 def reserved_words() -> Reasons:
-    """Names that no machine may use: those of models, and those of the languages and libraries of targets; reasons."""
+    """Names that no machine may use, with the reason: those of models, and of target languages and libraries."""
     libraries, keywords = dict.fromkeys(RESERVED, LIBRARY), dict.fromkeys(KEYWORDS, KEYWORD)
     return {**libraries, **keywords, **dict.fromkeys(MODELS, IN_USE)}
 
@@ -207,7 +207,7 @@ def _values(machine: Machine, folded: Sequence[str]) -> dict[str, Fraction]:
 
 
 def _exact(formula: Formula, values: Mapping[str, Fraction]) -> Fraction | None:
-    """Return the rational value of a cell; None for other values."""
+    """Return the value of a formula if it is rational; None for other values."""
     try:
         value = formula.evaluate(values, dict.fromkeys(FUNCTIONS, _irrational), Fraction)
     except (ArithmeticError, FormulaError, KeyError, ValueError):

@@ -81,7 +81,7 @@ Results = dict[str, Result]
 
 
 def _traced_by_its_owner(bound: Bound, _: object) -> Results:
-    """Raise an error: the trace of a model that is in no catalogue is made where the model is."""
+    """Raise an error: a model outside of the catalogue is traced by the module that defines it."""
     raise NotImplementedError("no model of the catalogue")
 
 
@@ -128,7 +128,7 @@ class Model:
 
     @property
     def is_of_frames(self) -> bool:
-        """Whether results follow frames."""
+        """Whether the first axis of the results lists frames, not joints."""
         return self.parts in (Parts.BODIES, Parts.FRAMES, Parts.POINTS, Parts.COMPONENTS)
 
     def quantity(self, name: str) -> Quantity:

@@ -113,7 +113,7 @@ def name_dynamics(bound: Bound, recursion: Dynamics, backward_equations: str, la
 
 
 def name_known(bound: Bound, recursion: Dynamics) -> None:
-    """Name the quantities of a motion without accelerations of joints, to which these are added."""
+    """Name the quantities of a motion at zero joint accelerations, as the first part of an accelerated motion."""
     _name_forward(bound, recursion, "Vk")
     for j, _ in bound.mechanism.from_tips():
         _name_six(bound.names, recursion.f[j], f"fk{j}", Section(BACKWARD, j, "[15]"))
@@ -153,7 +153,7 @@ def _name_acceleration(names: Names, recursion: Dynamics, j: int, section: Secti
 
 
 def _name_forward(bound: Bound, recursion: Dynamics, prefix: str = "") -> None:
-    """Name the forward recursion; `prefix` names accelerations without those of the joints."""
+    """Name the quantities of the forward recursion; `prefix` is that of accelerations at zero joint accelerations."""
 
     def section(j: int) -> Section:
         more = "" if bound.mechanism.link(j).modes is None else OF_MODES

@@ -51,7 +51,7 @@ class Position:
         return matrix
 
     def number(self, x: Scalar) -> float:
-        """The value of an expression."""
+        """The numeric value of an expression at this position."""
         value: Any = evaluate([x], self.symbols, FLOATS)
         return float(value(x))
 
@@ -83,7 +83,7 @@ class Position:
         return velocity
 
     def axis(self, j: int) -> Array:
-        """z_j in frame 0."""
+        """Axis z of joint j's frame, in frame 0."""
         return np.array([_float(c) for c in self.frames[j].z])
 
     def velocity_forces(self, rates: Array) -> Array:

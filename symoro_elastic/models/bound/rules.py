@@ -55,7 +55,7 @@ class Motion:
 
     @cached_property
     def rules(self) -> Rules:
-        """Rules of the joints, by number."""
+        """Rules of the dynamics recursion, by number of the joint: known torque, known acceleration, or a cluster."""
         rules: list[Rule | Cluster | None] = [None] * (len(self.bound.machine.joints) + 1)
         for members in self.members:
             for j, rule in self._of_cluster(members).items():
@@ -71,7 +71,7 @@ class Motion:
         return dynamics(mechanism, self.bound.rates(), self.rules, base_rule(self.bound))
 
     def dynamics_by_cells(self, mechanism: Mechanism) -> Dynamics:
-        """The same with elastic cells eliminated as wholes, which costs less."""
+        """The dynamics of a mechanism in this motion, with elastic cells eliminated at once, which costs less."""
         groups = elastic_cells(mechanism, {*self._lone_joints} & {*self.bound.machine.elastic})
         cells = {j: ElasticCell(links, {i: self.Gamma_u[i] for i in links}) for links in groups for j in links}
         rules = [cells.get(j, rule) for j, rule in enumerate(self.rules)]
@@ -117,7 +117,7 @@ class Motion:
 
     @cached_property
     def _given_accelerations(self) -> dict[int, Scalar]:
-        """Accelerations of the joints where those that are not known are zero."""
+        """Accelerations of all joints with unknown accelerations of independent variables set to zero."""
         return joint_accelerations(self.S, self.known, self.gam)
 
     @cached_property
@@ -128,7 +128,7 @@ class Motion:
 
     @cached_property
     def _led_joints(self) -> tuple[int, ...]:
-        """Dependent joints whose accelerations are known."""
+        """Dependent joints whose accelerations follow from known ones."""
         return tuple(
             j for j in self.S if j not in self._lone_joints and not {*self.S[j]} - {*self.known} and not self._free(j)
         )
@@ -140,7 +140,7 @@ class Motion:
 
     @cached_property
     def _transmissions(self) -> tuple[Members, ...]:
-        """Clusters of independent joints only, whose known accelerations are of joints that follow none."""
+        """Clusters of independent joints in which joints of known acceleration follow no other joint."""
         independent = {*self.bound.machine.independent}
         modal = self.bound.machine.modal_rows
         return tuple(
@@ -154,12 +154,12 @@ class Motion:
 
     @cached_property
     def _C(self) -> Rows:
-        """Derivatives of the cells of joints by coordinates of other joints."""
+        """Partial derivatives of the cells of joints by coordinates of other joints."""
         couplings = self.bound.coordinates.couplings
         return {j: couplings[j].partials if j in couplings else {} for j in self.S}
 
     def _followers_first(self, members: Members) -> list[int]:
-        """Joints of a transmission, each before those whose variables its cell holds."""
+        """Joints of a transmission, ordered so that each precedes the joints whose variables its cell contains."""
         leaders: list[int] = []
 
         def visit(j: int) -> None:
@@ -183,17 +183,17 @@ def base_rule(tree: Tree) -> WrenchKnown | None:
 
 
 def given_rules(bound: Bound) -> Rules:
-    """Rules for known accelerations of all joints."""
+    """Rules of the recursion for known accelerations of all joints."""
     return Motion(bound, bound.qdd, {}).rules
 
 
 def held_rules(bound: Bound) -> Rules:
-    """Rules for zero accelerations of the independent variables, which give H(q, qd)."""
+    """Rules of the recursion for zero accelerations of the independent variables, which give H(q, qd)."""
     return Motion(bound, dict.fromkeys(bound.machine.independent, 0), {}).rules
 
 
 def still_rules(machine: Machine) -> Rules:
-    """Rules for a machine at rest, all accelerations zero."""
+    """Rules of the recursion for a machine at rest, all accelerations zero."""
     rules: list[Rule | Cluster | None] = [None] * (len(machine.joints) + 1)
     for j in machine.articulated:
         rules[j] = AccelerationKnown(0)
@@ -228,7 +228,7 @@ def with_loop_forces(bound: Bound) -> Mechanism:
 
 
 def needed_forces(bound: Bound, recursion: Dynamics) -> dict[int, Scalar]:
-    """Forces that the motion requires on the joints, with loops cut; includes friction of coupled joints."""
+    """Forces that the motion requires on the joints of the open tree, including friction of coupled joints."""
     forces = {j: recursion.Gamma[j] for j in bound.machine.articulated}
     for j in forces.keys() - {*bound.machine.with_variable}:
         forces[j] = forces[j] + bound.friction(j)
@@ -274,7 +274,7 @@ def loop_forces(bound: Bound, recursion: Dynamics) -> dict[str, Wrench]:
 def _remaining_forces(
     bound: Bound, block: Sequence[LoopPlan], wrenches: dict[str, Wrench], rho: dict[int, Scalar]
 ) -> dict[int, Scalar]:
-    """rho of the other loops, after the forces of a block on the joints that they share."""
+    """Forces rho of joints that remain for other loops, after subtracting those of a block of loops."""
     shares: dict[int, Scalar] = dict.fromkeys(rho, 0)
     for loop in block:
         for i, column in closing_columns(loop_branches(bound, loop.loop)).items():
@@ -329,7 +329,7 @@ def _inertia(bound: Bound) -> dict[int, dict[int, Scalar]]:
 
 
 def _load_forces(bound: Bound) -> dict[int, Scalar]:
-    """H less the forces of springs, dampers and friction."""
+    """H less the forces of springs, dampers and friction, on the independent variables."""
     recursion = dynamics(bound.unaccelerated_mechanism, bound.rates(), held_rules(bound))
     bias, passive = bound.on_independent(recursion.Gamma), bound.passive_forces()
     return {k: bias[k] - passive[k] for k in bound.machine.independent}

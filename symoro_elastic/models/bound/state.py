@@ -78,14 +78,14 @@ def split_into(blocks: Mapping[str, Array], entries: Array) -> dict[str, Array]:
 
 
 def rows_of_state(machine: Machine) -> tuple[Quantity, ...]:
-    """Rows of all blocks that the state of a machine may have, including prescribed motions of its motors."""
+    """Quantities of all blocks that the state of a machine may have, with prescribed motions of its motors."""
     entries, fixed = arguments(machine), () if machine.degrees_of_base else ON_BASE
     rows = (row for row in QUANTITIES.values() if Role.STATE in row.roles and row not in fixed)
     return tuple(row for row in rows if row in OF_JOINTS or entries[row.name])
 
 
 def rows_carried(machine: Machine) -> tuple[Quantity, ...]:
-    """Rows of the blocks that time steps of a machine integrate."""
+    """Quantities of the blocks that time steps of a machine integrate."""
     left_out = {"R0" if orientation_of(machine) == "Q0" else "Q0"}
     left_out |= set() if lacks_closed_form(machine) else {DEPENDENT}
     left_out |= {row.name for row in ON_BASE} if "V0d" in known_of_base(machine) else set()

@@ -65,7 +65,7 @@ class Degeneracy:
         )
 
     def _offer(self, machine: Machine) -> str:
-        """Hint on condensing the springs: that it is exact here, or why not; empty for other joints."""
+        """Hint whether condensing springs in series would help here, or why not; empty for other joints."""
         pairs = [pair for pair in springs_in_series(machine) if {pair.first, pair.last} == {*self.moving_together}]
         if not pairs:
             return ""

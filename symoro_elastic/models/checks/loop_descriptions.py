@@ -73,7 +73,7 @@ def _describe(machine: Machine, plan: Plan, loop_plan: LoopPlan) -> DescribedLoo
 
 
 def _joints_without_start(machine: Machine, loop_plan: LoopPlan) -> list[int]:
-    """Joints of a loop that has a start, except those whose position it gives."""
+    """Joints of a loop with a start, whose own position the start omits."""
     around = machine.with_variable_in(loop_plan.loop) if loop_plan.loop.start else ()
     return [j for j in machine.not_started if j in around]
 

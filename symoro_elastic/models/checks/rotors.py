@@ -93,7 +93,7 @@ def _is_rotor(machine: Machine, j: int) -> bool:
 
 
 def _has_body(machine: Machine, j: int) -> bool:
-    """Whether the body of a row is a rotor: of a coupled joint, or of a terminal joint that others follow."""
+    """Whether the body of row j is a geared rotor: of a coupled joint, or of a terminal joint that others follow."""
     joint = machine.joint(j)
     if joint.sigma != 0 or joint.body.inertia[5].is_zero or not joint.body.is_balanced:
         return False
@@ -109,14 +109,14 @@ def _follower(machine: Machine, j: int) -> int | None:
 
 
 class _Numbers:
-    """A machine bound to the equations, in numbers at one position after another."""
+    """Numeric inertia and velocity forces of a machine, at one position at a time."""
 
     def __init__(self, machine: Machine, rows: Sequence[int]) -> None:
         self.machine, self.bound, self.rows = machine, Bound(machine), rows
         self._values = {parameter.name: math.nan for parameter in machine.parameters} | parameter_values(machine)
 
     def move(self, position: Mapping[str, float]) -> None:
-        """Go to a position by variable."""
+        """Set the position, values by variable, and discard the results of the former one."""
         self.here = Position(self.bound, {**self._values, **position})
         self._A: Array | None = None
         self._of_pairs: dict[int, Array] = {}
@@ -129,7 +129,7 @@ class _Numbers:
         return self._A
 
     def velocity_forces(self, v: int, rates: Array) -> Array:
-        """Coriolis and centrifugal forces, a column for each of the pairs of v with these rates.
+        """Coriolis and centrifugal forces: columns for rate v alone, and paired with each other rate in both senses.
 
         They are quadratic: H(x e_v + y e_k) = x^2 H(e_v) + y^2 H(e_k) + x y (H(e_v + e_k) - H(e_v) - H(e_k)).
         """
@@ -142,7 +142,7 @@ class _Numbers:
         return _interleave(x**2 * own, x**2 * own + y**2 * other_rates, mixed)
 
     def _unit_pairs(self) -> dict[int, Array]:
-        """H (columns) for unit rates, and for pairs of unit rates with a rate that a rotor follows."""
+        """Velocity forces H for unit rates (columns), and for their pairs with each rate that a rotor follows."""
         leads = sorted({v for j in self.rows for v in _leads(self.spin(j)[0])})
         unit = np.eye(len(self.machine.independent))
         rates = np.concatenate([unit, *(unit + unit[v] for v in leads)])
@@ -199,12 +199,12 @@ def _rotor(machine: Machine, numbers: _Numbers, j: int) -> Rotor:
 
 
 def _leads(c: Array) -> list[int]:
-    """Columns of the rates that a rotor follows."""
+    """Indices of the independent rates that rotate a rotor, from its coefficients c."""
     return [int(v) for v in np.flatnonzero(np.nan_to_num(c, nan=1.0))]
 
 
 def _pairs(v: int, rates: Array) -> Array:
-    """Rates (rows) of v alone, then of v paired with every other rate, in both senses."""
+    """Rows of rates: rate v alone, then paired with every other rate, in both senses."""
     diagonal = np.diag(rates)
     own, other_rates = diagonal[:, [v]], np.delete(diagonal, v, axis=1)
     pairs: Array = _interleave(own, np.repeat(own, len(rates) - 1, axis=1), other_rates).T
@@ -212,6 +212,6 @@ def _pairs(v: int, rates: Array) -> Array:
 
 
 def _interleave(first: Array, sums: Array, changes: Array) -> Array:
-    """A first column, then each sum with its change added and subtracted."""
+    """Matrix of a first column, then each column of `sums` with its change added and subtracted."""
     both = np.stack([sums + changes, sums - changes], axis=-1)
     return np.hstack([first, both.reshape(len(first), -1)])

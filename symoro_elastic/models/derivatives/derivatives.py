@@ -130,7 +130,7 @@ def has_recursion(bound: Bound) -> bool:
 
 
 def with_tips_turned(bound: Bound) -> Mechanism:
-    """The mechanism with its tips in the frames before their joints' rotations: bodies turn, not rows and columns."""
+    """The mechanism with tip bodies described before the rotation of their joints, which saves operations."""
     if bound.machine.is_coupled:
         return bound.without_tip_angles
     return with_tips_in_frames_before(bound.mechanism, bound.machine.independent)
@@ -249,7 +249,7 @@ def of_graph(bound: Bound, outputs: Outputs, by: Variables) -> Derivatives:
 
 
 def shorter_way(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables) -> Derivatives:
-    """Derivatives by recursion and linear systems or, with slides, those of the graph if they are shorter."""
+    """The shorter of two sets of derivatives, `solved` or those of the graph; always `solved` without slides."""
     if not _has_slides(bound):
         return solved
     return min(solved, of_graph(bound, outputs, by), key=lambda way: way.size)
@@ -261,7 +261,7 @@ def _has_slides(bound: Bound) -> bool:
 
 @dataclass(frozen=True)
 class Solved:
-    """A motion and the dynamics that it has."""
+    """A motion and its dynamics, solved for accelerations and forces."""
 
     motion: Motion
     found: Dynamics
@@ -378,7 +378,7 @@ def _base_outputs(bound: Bound, recursion: Dynamics) -> Outputs:
 
 
 def _results(bound: Bound, derivatives: Derivatives, requested: Joints, by: Variables) -> Results:
-    """The entries of the requested joints, named."""
+    """The derivatives for the requested joints as named results of the model."""
     name_tangents(bound, derivatives.tangents)
     derivatives = derivatives.only(by)
     name_acceleration_derivatives(bound, derivatives.entries)
@@ -417,7 +417,7 @@ def _by_recursion(bound: Bound) -> tuple[Entries, Entries, Entries]:
 
 
 def _of_graph(bound: Bound) -> tuple[Entries, Entries, Entries]:
-    """K and D of the residual forces, and M = S^T A S (L38), (L40)."""
+    """Matrices K, D and M of the linearization from the graph: residual forces, and M = S^T A S (L38), (L40)."""
     residual = {"forces": residual_forces(bound)}
     derivatives = of_graph(bound, residual, {"q": bound.q, "qd": bound.qd}).entries
     matrix = coordinate_inertia(bound)

@@ -63,7 +63,7 @@ def _name_composite(names: Names, composite: Composite, j: int, section: Section
 def _name_parts(
     names: Names, quantities: Iterable[tuple[str, Iterable[Vector]]], of: tuple[int, int], section: Section
 ) -> None:
-    """Name the components of quantities of joint j at link i."""
+    """Name the components of quantities of joint j at link i, given as `of` = (j, i)."""
     j, i = of
     for quantity, parts in quantities:
         for k, x in enumerate((x for part in parts for x in part), start=1):

@@ -106,7 +106,7 @@ class _Memory:
     at_rest: list[Scalar] = field(default_factory=list)
 
     def state(self, label: str, at_rest: Scalar) -> Scalar:
-        """Return a new state; its value a period later is to be appended to `later` in the same order."""
+        """Return a new state; the caller appends its value a period later to `later`, in the same order."""
         self.names.append(f"zc{self.j}_{len(self.names) + 1}")
         self.labels.append(f"{self.bound.machine.joint(self.j).name}.{label}")
         self.at_rest.append(at_rest)
@@ -171,7 +171,7 @@ class _Law:
         self.period = bound.cell(drive.period)
 
     def controller(self) -> _Controller:
-        """Return the set point of the torque, and the states."""
+        """Return the set point of the torque, and the states of the controller."""
         bound, drive, signals = self.bound, self.drive, self.given
         rf, rfd, rfdd = self._set_points()
         e = self._give_name(self.Kv * (rf - signals["measured"]) + rfd - signals["speed"], "ev")
@@ -202,7 +202,7 @@ class _Law:
         return limits
 
     def _set_points(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Return rf, kfv rfd and kfa rfdd behind their own filters, which vanish where the gain is zero."""
+        """Return the filtered set points rf, kfv rfd and kfa rfdd; those with zero gain are zero."""
         bound, drive = self.bound, self.drive
         shares = (1, bound.cell(drive.velocity_forward), bound.cell(drive.acceleration_forward))
         set_points: list[Scalar] = []

@@ -43,15 +43,15 @@ class Block:
     D: Scalar
 
     def rates(self, z: Scalars, u: Scalar) -> Scalars:
-        """Return z'."""
+        """Return the state derivatives z' = A z + B u."""
         return [_sum(row, z) + b * u for row, b in zip(self.A, self.B, strict=True)]
 
     def output(self, z: Scalars, u: Scalar) -> Scalar:
-        """Return y."""
+        """Return the output y = C z + D u."""
         return _sum(self.C, z) + self.D * u
 
     def implicit(self, g: Scalar, r: Scalars, u: Scalar) -> Scalars:
-        """Return z of (I - g A) z = r + g B u."""
+        """Return the solution z of (I - g A) z = r + g B u."""
         right = [x + (g * b) * u for x, b in zip(r, self.B, strict=True)]
         if not right:
             return []
@@ -62,7 +62,7 @@ class Block:
         return [(over * d) * right[0] - (over * b) * right[1], (over * a) * right[1] - (over * c) * right[0]]
 
     def steady(self, u: Scalar, rates: Scalars | None = None) -> Scalars:
-        """Return z at which z' is 0, or some rates, under u."""
+        """Return the states z with z' = 0, or z' = `rates`, at the input u."""
         right = [x - b * u for x, b in zip(rates or [0] * len(self.B), self.B, strict=True)]
         if len(right) < 2:
             return [x / self.A[0][0] for x in right]
@@ -80,11 +80,11 @@ class Limit:
     rate: Scalar
 
     def beyond(self, f: Scalar) -> Scalar:
-        """Return sat(f) - f."""
+        """Return the excess sat(f) - f of the signal f."""
         return self.saturate(f) - f
 
     def saturate(self, f: Scalar) -> Scalar:
-        """Return sat(f)."""
+        """Return the limited signal sat(f)."""
         return clamp(self.graph, f, -self.level, self.level)
 
     def slope(self, f: Scalar) -> Scalar:
@@ -104,7 +104,7 @@ class Inputs(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Slopes of the limits of torque and voltage of a drive; 1 where it has no such limit."""
+    """Slopes of the torque and voltage limits of a drive: 1 within the limit or without one, 0 beyond."""
 
     torque: Scalar = 1
     voltage: Scalar = 1
@@ -115,7 +115,7 @@ WITHIN = Slopes()
 
 @dataclass(frozen=True)
 class SetPoint:
-    """The filter of a set point; `rate` is its angular frequency w."""
+    """Filter of a set point; `rate` is its angular frequency w."""
 
     block: Block
     rate: Scalar
@@ -136,7 +136,7 @@ class Winding:
     names = ("torque", "current_integral")
 
     def rates(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalars:
-        """Return T' and X'."""
+        """Return the state derivatives T' and X' of torque and current integral."""
         block, of_velocity = self.linear(1)
         rates = [x + b * xd for x, b in zip(block.rates(z, wanted), of_velocity, strict=True)]
         if self.limit:
@@ -145,7 +145,7 @@ class Winding:
         return rates
 
     def voltage(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalar:
-        """Return U, the requested voltage times Kt n."""
+        """Return the requested voltage times Kt n, before its limit."""
         return self.kp * (wanted - z[0] + z[1]) + self.share * self.drag * xd
 
     def linear(self, slope: Scalar) -> tuple[Block, tuple[Scalar, Scalar]]:
@@ -158,13 +158,13 @@ class Winding:
 
 
 class _Walk:
-    """Evaluation of blocks in order: reads their states from a sequence, and collects their rates in `results`."""
+    """Evaluation of blocks in sequence: reads their states from a list, and collects the state derivatives."""
 
     def __init__(self, own: Sequence[Scalar]) -> None:
         self._remaining, self.results = [*own], Scalars()
 
     def take(self, names: tuple[str, ...]) -> Scalars:
-        """Return the next entries of the sequence."""
+        """Return the next states of the list, as many as there are names."""
         own, self._remaining = self._remaining[: len(names)], self._remaining[len(names) :]
         return own
 
@@ -181,31 +181,31 @@ class _Walk:
         return u
 
     def states(self, block: Block, u: Scalar) -> Scalars:
-        """Return the states of the next block, and add their rates to the results."""
+        """Return the states of the next block, and add their derivatives to the results."""
         own = self.take(block.names)
         self.results += block.rates(own, u)
         return own
 
 
 class _Implicit(_Walk):
-    """Evaluation of blocks in (I - g T) x = r: reads r, and collects the states."""
+    """Evaluation of blocks in sequence for the implicit system (I - g T) x = r: reads r, and collects x."""
 
     def __init__(self, g: Scalar, r: Sequence[Scalar]) -> None:
         super().__init__(r)
         self.g = g
 
     def states(self, block: Block, u: Scalar) -> Scalars:
-        """Return the states of the next block, and keep them."""
+        """Return the states of the next block that solve the implicit system, and add them to the results."""
         states = block.implicit(self.g, self.take(block.names), u)
         self.results += states
         return states
 
 
 class _Steady(_Walk):
-    """Evaluation of blocks at rest: collects the steady states."""
+    """Evaluation of blocks in sequence at rest: collects the steady states."""
 
     def states(self, block: Block, u: Scalar) -> Scalars:
-        """Return the states of the next block, and keep them."""
+        """Return the steady states of the next block, and add them to the results."""
         states = block.steady(u)
         self.results += states
         return states
@@ -213,7 +213,7 @@ class _Steady(_Walk):
 
 @dataclass(frozen=True)
 class Chain:
-    """The drive of a motor: filter of the set point, controller, filters `ahead` of the limit, path of the torque."""
+    """Blocks of a motor's drive: set-point filter, controller, filters `ahead` of the limit, path of the torque."""
 
     Kv: Scalar
     velocity_forward: Scalar
@@ -235,7 +235,7 @@ class Chain:
 
     @property
     def is_limited(self) -> bool:
-        """Whether slopes change with the state."""
+        """Whether the drive has limits, so that its slopes change with the state."""
         return self.limit is not None or (self.winding is not None and self.winding.limit is not None)
 
     def answer(self, z: Sequence[Scalar], u: Inputs) -> tuple[Scalars, Scalar]:
@@ -308,12 +308,12 @@ class Chain:
 
     @property
     def _back(self) -> Scalar:
-        """b = Tn/(Kp Tt) of the back-calculation."""
+        """Factor b = Tn/(Kp Tt) of the back-calculation of the integral part."""
         assert self.limit is not None
         return self.limit.rate / self.controller.C[0]
 
     def _integral(self, walk: _Implicit, e: Scalar, fed: Scalar, slope: Scalar) -> Scalar:
-        """Return the integral part of a limited drive, which the filters ahead of the limit change."""
+        """Return the integral part of a drive beyond its limit, in the implicit system with the filters before it."""
         assert self.limit is not None
         (r,) = walk.take(self.controller.names)
         F = _Implicit(walk.g, [0] * sum(len(block.names) for block in self.ahead)).through(self.ahead, 1)

@@ -117,7 +117,7 @@ def _chain(bound: Bound, j: int, drive: Drive) -> Chain:
 
 
 def _limit(bound: Bound, j: int, drive: Drive, tn: Scalar) -> Limit | None:
-    """Return the limit of the torque, or that of the current as one: the lower of both."""
+    """Return the limit of the torque: the lower of the torque limit and the current limit times Kt."""
     levels = [bound.cell(x) for x in (drive.torque_limit,) if x is not None]
     if drive.current_limit is not None:
         levels.append(amount(bound.graph, _torque_constant(bound, j)) * bound.cell(drive.current_limit))
@@ -160,7 +160,7 @@ def _set_point(bound: Bound, drive: Drive) -> SetPoint | None:
 
 
 def _behind(bound: Bound, drive: Drive) -> Iterator[Block]:
-    """Yield dead time and lag, as `analysis.control.cascade.system_of` has them."""
+    """Yield the blocks between limit and motor: dead time (Pade) and lag."""
     delay = bound.cell(drive.dead_time) if drive.dead_time else 0
     if not _is_zero(delay):
         over = 1 / delay

@@ -42,7 +42,7 @@ Reach = dict[int, int]
 
 @dataclass(frozen=True)
 class Balance:
-    """The equations of chains whose coordinates z_j are all unknown, and the machine in these coordinates.
+    """Equations of motion of chains in load coordinates z_j, and the machine bound in these coordinates.
 
     `springs` holds the loads on z_j that springs balance, `tau` torques of motors; `outer[j]` is the next joint
     outwards, whose spring determines z_j. Without it z_j is the prescribed motion y of the motor `motors[j]`.
@@ -56,7 +56,7 @@ class Balance:
 
     @property
     def senses(self) -> Mapping[int, int]:
-        """Senses of z_j against their variables, by joint."""
+        """Signs of z_j relative to the joint variables, by joint."""
         return {j: self.loads.senses[j] for j in self.motors}
 
 
@@ -76,7 +76,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class OverTime:
-    """Torques of motors, and positions and velocities of all joints, where springs with damping lag behind.
+    """Torques of motors, and positions and velocities of all joints, where damped springs follow with a lag.
 
     A spring of stiffness k and damping d obeys q + d/k q' = u, u being its deflection without damping. `lagging` holds
     u and its derivatives by spring, in an order in which they need only the q of earlier springs; `q`,
@@ -224,7 +224,7 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
 
 
 def _needs(bound: Bound, balance: Balance, j: int, behind: int) -> Reach:
-    """The coordinates, with highest derivatives, that determine z_j through its outer spring."""
+    """The coordinates, with their highest derivatives, from which z_j follows through its outer spring."""
     reach = _reach(bound, _terms_before(balance, behind))
     if behind in balance.loads.stiffness_slopes:
         law = _reach(bound, [balance.loads.spring_law(behind, bound.graph.symbol(deflection_symbol(behind, 0)))])
@@ -233,13 +233,13 @@ def _needs(bound: Bound, balance: Balance, j: int, behind: int) -> Reach:
 
 
 def _terms_before(balance: Balance, behind: int) -> list[Scalar]:
-    """Expressions from which the coordinate before a spring is computed."""
+    """Expressions that determine the coordinate on the motor side of a spring."""
     other_terms = [balance.loads.others[behind].value] if behind in balance.loads.others else []
     return [balance.springs[behind], balance.loads.q[behind], *other_terms]
 
 
 def _order(bound: Bound, reach: Mapping[int, Reach]) -> list[int]:
-    """Joints in an order in which each needs only those before it. Raises `InputError` where there is none."""
+    """Joints in an order in which each depends on earlier ones only. Raises `InputError` for a cycle."""
     try:
         return [j for j in TopologicalSorter(reach).static_order() if j in reach]
     except CycleError as error:
@@ -247,17 +247,17 @@ def _order(bound: Bound, reach: Mapping[int, Reach]) -> list[int]:
 
 
 def _motion(bound: Bound, motor: int, k: int) -> Scalar:
-    """Coefficient k of the outboard coordinate of a motor."""
+    """Taylor coefficient k of the outboard coordinate of a motor, by its symbols."""
     return bound.graph.symbol(motion_symbol(motor, k)) * Fraction(1, factorial(k))
 
 
 def _lagging_coefficient(bound: Bound, j: int, k: int) -> Scalar:
-    """Coefficient k of the deflection of a spring with damping."""
+    """Taylor coefficient k of the deflection of a spring with damping, by its symbols."""
     return bound.graph.symbol(deflection_symbol(j, k)) * Fraction(1, factorial(k))
 
 
 def _rate(z: Mapping[int, VariableCoefficient], j: int, sense: int, rate: int, k: int) -> Scalar:
-    """Coefficient k of s_j z_j, of its velocity or of its acceleration."""
+    """Taylor coefficient k of s_j z_j (`rate` 0), of its velocity (1) or of its acceleration (2)."""
     return z[j](k + rate) * (sense * factorial(k + rate) // factorial(k))
 
 
@@ -297,7 +297,7 @@ def _arguments(bound: Bound, results: Results) -> dict[str, tuple[str, ...]]:
 
 
 def _name_series(bound: Bound, series: TimeSeries) -> None:
-    """Name the time coefficients of named quantities."""
+    """Name the Taylor coefficients in time of named quantities."""
     for number, (label, negative) in list(bound.names.labels.items()):
         coefficients = series.found.get(number, ())
         name = _angle_name(bound, coefficients[0], label) or label.name if coefficients else ""
@@ -409,7 +409,7 @@ def damping_of(bound: Bound, j: int) -> Scalar:
 
 
 def refuse_unfit(bound: Bound, motor_chains: Sequence[Chain], damped: bool) -> None:
-    """Raise `InputError` for a joint that no motor drives, whose spring has damping unless `damped`, a moving base."""
+    """Raise `InputError` for machines without feed-forward: moving base, undriven joints, damped springs, loops."""
     machine = bound.machine
     base = machine.base
     motion = (*base.velocity, *base.angular_velocity, *base.acceleration, *base.angular_acceleration)
@@ -440,7 +440,7 @@ def _refuse_loops(bound: Bound) -> None:
 
 
 def refuse_circle(bound: Bound, joints: Sequence[int]) -> NoReturn:
-    """Raise `InputError` for springs whose deflections need each other."""
+    """Raise `InputError` for springs whose deflections depend on each other in a cycle."""
     names = [bound.machine.joint(j).name for j in dict.fromkeys(joints)]
     what = "the springs behind them need each other's deflections, so there is no closed form: lock one in a scene"
     if len(names) == 1:
@@ -478,7 +478,7 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
 
 
 def refuse_high_order(bound: Bound, j: int, order: int) -> NoReturn:
-    """Raise `InputError` for a motion that is needed with more derivatives than can be given."""
+    """Raise `InputError` for a prescribed motion that is required with too many derivatives."""
     limit = f"at most {HIGHEST_DERIVATIVE} can be given"
     what = f"{order} derivatives of its motion are needed, {limit}: lock springs in a scene"
     _refuse(bound, place_of(j, bound.machine.joint(j)), what)

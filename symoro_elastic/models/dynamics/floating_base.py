@@ -33,7 +33,7 @@ def on_its_base(model: Model, machine: Machine) -> Model:
 
 
 def _derivatives(model: Model, machine: Machine, unknown: str) -> tuple[str, ...]:
-    """Results of a model of derivatives with those of the base."""
+    """Names of the derivatives of a model, with those of and by quantities of a floating base."""
     names = [name.partition("_") for name in model.results]
     on_base = () if PARAMETERS in model.columns else columns_of_base(machine)
     columns = (*(by for *_, by in names), *(f"d{name}" for name in on_base))

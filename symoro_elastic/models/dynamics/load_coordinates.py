@@ -38,7 +38,7 @@ SEED, ROUNDING = 20264, 1e-12
 
 @dataclass(frozen=True)
 class Stage:
-    """A spring that a joint drives: z_joint = ratio z_before + others + sense x; `others` is None on the same axis."""
+    """A spring driven by a joint: z_joint = ratio z_before + others + sense x; `others` is None on the same axis."""
 
     joint: int
     before: int
@@ -101,7 +101,7 @@ class _Growing:
         self.grows = True
 
     def grow(self, extensions: list[Stage]) -> None:
-        """Append the spring that follows the last joint if it is unique; else the chain ends."""
+        """Append the only spring among `extensions` to the chain; the chain ends if there is none or several."""
         self.grows = self.grows and len(extensions) == 1
         for stage in extensions if self.grows else ():
             self.stages.append(stage)
@@ -124,7 +124,7 @@ class _Growing:
         return Stage(j, last, same_sense * self.senses[last]) if same_sense else None
 
     def _transmission(self, last: int, j: int) -> Stage | None:
-        """The spring whose cell holds the whole chain in one proportion."""
+        """The spring of joint j as the next stage, if its cell follows the whole chain with one ratio; else None."""
         follows = self.couplings[j].partials
         ratio = self.senses[last] * follows.get(last, 0)
         of_chain = [*(follows.get(v, 0) - ratio * x for v, x in self.slopes.items())]
@@ -215,7 +215,7 @@ class LoadVariables:
         formulas[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
 
     def _ratio_times(self, j: int, stage: Stage) -> Formula:
-        """The term ratio z_before: the cell at the coordinate of the chain before it, less the cell at zero."""
+        """Formula of the term ratio z_before in a joint's cell, where the other variables of its chain are zero."""
         before = self._coordinate(stage.before)
         if stage.others is None:
             return Formula.parse(before)
@@ -257,7 +257,7 @@ class LoadCoordinates(Bound):
 
     @cached_property
     def others(self) -> dict[int, Coupling]:
-        """The parts of cells of springs behind transmissions that do not belong to their chain, by joint."""
+        """Terms of the cells of springs behind transmissions that do not depend on their chain, by joint."""
         formulas = {j: stage.others for j, stage in self.stages.items() if stage.others is not None}
         return {j: self.coupling(substitute(x, self.of_load.formulas)) for j, x in formulas.items()}
 
@@ -290,7 +290,7 @@ class LoadCoordinates(Bound):
         return self._stiffness(j, self._own(j)), self._own(j) - self.cell(joint.spring.neutral)
 
     def _own(self, j: int) -> Scalar:
-        """Own variable of joint j."""
+        """Joint coordinate of joint j, over the load coordinates where it is that of a spring of a chain."""
         return (
             self.coupling(self.of_load.formulas[self.of_load.name(j)]).value if j in self.stages else self.variables[j]
         )

@@ -295,7 +295,7 @@ INVERSE_GEOMETRIC = (
 
 
 class InverseRefused(InputError):
-    """Why a machine has no inverse geometric model in closed form; `joint` is the first one to blame, or 0."""
+    """Reason why a machine has no inverse geometric model in closed form; `joint` is the first cause, or 0."""
 
     def __init__(self, machine: Machine, joint: int, what: str) -> None:
         place = place_of(joint, machine.joint(joint)) if joint else "joints"
@@ -394,7 +394,7 @@ def _jacobian_modulo_prime(
 
 
 def _by_variable(S: Rows, columns: Columns, angles: ModularAngles) -> Columns:
-    """Columns times S."""
+    """Columns of the independent variables: columns of the joints times S."""
     value = angles.values(x for row in S.values() for x in row.values())
     sums: dict[int, list[Residue]] = {}
     for j, row in S.items():

@@ -100,7 +100,7 @@ def _simplest(bound: Bound, task: Task, views: FrameSet) -> Task:
 
 
 def _size(task: Task) -> tuple[int, int]:
-    """Rows of the largest block, where the matrix is square, and entries that are not zero."""
+    """Cost of solving a task: rows of its largest block if square, else 0, and the number of nonzero entries."""
     entries = sum(not is_zero(x) for row in task.rows for x in row)
     if len(task.columns) != len(task.rows):
         return 0, entries
@@ -209,7 +209,7 @@ def _arguments_of(letter: str) -> Callable[[Bound, Results], dict[str, tuple[str
 
 
 def _symbols(results: Results, pattern: str) -> tuple[str, ...]:
-    """Symbols of this pattern in the results, by number."""
+    """Symbols of the results whose names match a pattern, sorted by their numbers."""
     entries = [x for result in results.values() for x in result.entries]
     names = {str(node.operands[0]) for node in reachable(entries) if node.operation == SYMBOL}
     matching = [name for name in names if re.fullmatch(pattern, name)]
@@ -217,7 +217,7 @@ def _symbols(results: Results, pattern: str) -> tuple[str, ...]:
 
 
 def _rows_of(letter: str, meaning: str) -> Callable[[Bound, Results], tuple[Quantity, ...]]:
-    """Rows of the arguments whose meanings name their components and joints."""
+    """Return a function that describes the arguments of an inverse kinematic model: components and weights."""
 
     def rows(bound: Bound, results: Results) -> tuple[Quantity, ...]:
         numbers = [map(int, re.findall(r"\d+", name)) for name in _symbols(results, rf"{letter}\d+_\d")]

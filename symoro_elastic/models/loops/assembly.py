@@ -127,7 +127,7 @@ class Assembly:
 
     @cached_property
     def _tapes(self) -> tuple[Tape[float], Tape[Any]]:
-        """The errors, then the entries of W in the order of `_entries`, in floats and in arrays."""
+        """Programs of the closing errors and then entries of W, in the order of `_entries`, in floats and in arrays."""
         entries = [x for equation in self.equations for x in equation.columns.values()]
         roots = [*(equation.error for equation in self.equations), *entries]
         return Tape(roots, FLOATS), Tape(roots, ARRAYS)
@@ -260,7 +260,7 @@ def refuse_singular(machine: Machine, assembly: Assembly, rows: Sequence[int], p
 
 
 def _other(machine: Machine, matrices: Sequence[Array]) -> str:
-    """Joints that can depend, as a list in a file."""
+    """A valid choice of dependent joints, as a list of variables in the syntax of the file."""
     columns = independent([W.T for W in matrices])[: len(machine.dependent)]
     variables = [machine.joint(machine.with_variable[k]).variable for k in columns]
     return "[" + ", ".join(f'"{variable}"' for variable in variables) + "]"

@@ -112,7 +112,7 @@ def _correct(loops: Equations, candidates: Array) -> tuple[Array, Array, BoolArr
 
 
 def _turning(first: Array, second: Array) -> Array:
-    """det(A' B) of two matrices with columns scaled to length 1: negative where the branch turned over."""
+    """det(A' B) of two matrices with columns scaled to length 1: negative where the branch has changed."""
     lengths = (np.linalg.norm(W, axis=1, keepdims=True) for W in (first, second))
     first, second = (W / np.where(length > 0, length, 1.0) for W, length in zip((first, second), lengths, strict=True))
     products: Array = np.linalg.det(np.swapaxes(first, 1, 2) @ second)

@@ -64,7 +64,7 @@ class Coordinates:
 
     @cached_property
     def rates_x(self) -> dict[int, Scalar]:
-        """Rates of joint coordinates."""
+        """Time derivatives of all joint coordinates."""
         rates = {j: product(row, self.tree.qd) for j, row in self.S_x.items()}
         for loop in (loop for block in self.blocks for loop in block):
             for j in loop.dependent:
@@ -73,7 +73,7 @@ class Coordinates:
 
     @cached_property
     def gam_x(self) -> dict[int, Scalar]:
-        """Second derivatives of joint coordinates where those of the independent ones are zero."""
+        """Second time derivatives of joint coordinates at zero acceleration of the independent variables."""
         gam: dict[int, Scalar] = dict.fromkeys((*self.machine.independent, *self._mapped_joints), 0)
         for block in self.blocks:
             gam |= self._dependent_accelerations(block, gam)
@@ -97,12 +97,12 @@ class Coordinates:
 
     @cached_property
     def blocks_with_maps(self) -> list[list[LoopPlan]]:
-        """All loops in the order in which they are closed, those that share dependent joints together."""
+        """Blocks of all loops in the order in which they are closed; loops that share dependent joints are in one."""
         return self._blocks_of(self.loops)
 
     @cached_property
     def blocks(self) -> list[list[LoopPlan]]:
-        """All loops except parallelograms, in blocks as `blocks_with_maps`."""
+        """Blocks of all loops except parallelograms, in the order in which they are closed."""
         return self._blocks_of(loop for loop in self.loops if loop.form is not Form.MAP)
 
     @property

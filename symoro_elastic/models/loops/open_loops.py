@@ -83,7 +83,7 @@ def _is_flat(alone: Assembly, loop: Loop, position: Position) -> bool:
 
 
 def _lacking(alone: Assembly, loop: Loop, start: Position) -> tuple[str, float] | None:
-    """Links of a planar loop and the length that they lack, m, negative where it closes; None for other loops."""
+    """Links of a planar loop, and the length, m, by which they are too short, negative if not; None for other loops."""
     machine = alone.machine
     around = loop_circuit(alone.tree, loop, machine.dependent_in(loop))
     turns = [joint for joint in around.unknown if joint.axis is Axis.REVOLUTE]

@@ -52,7 +52,7 @@ IN_PLANE = 0, 1, 5
 
 
 class Form(StrEnum):
-    """How dependent variables follow from the independent ones."""
+    """Method by which dependent variables of a loop are computed from the independent ones."""
 
     MAP = "constant map"
     TRIANGLE = "triangle"
@@ -94,7 +94,7 @@ class LoopPlan:
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """Rows of the equations in the axes of `view`: of a triangle, those along its plane."""
+        """Selected rows of the loop's equations in the axes of `view`; of a triangle, those in its plane."""
         return IN_PLANE[: len(self.kept)] if self.pivot is not None else self.kept
 
 
@@ -184,7 +184,7 @@ def _with_forms(
 
 
 def _needs(machine: Machine, plan: LoopPlan, waiting: Sequence[LoopPlan]) -> bool:
-    """Whether a loop contains dependent joints of loops that are not closed yet."""
+    """Whether a loop contains dependent joints of other loops that are not closed yet."""
     around = machine.around(plan.loop)
     return any(j in around for other in waiting if other is not plan for j in other.dependent)
 
@@ -243,7 +243,7 @@ def _signs(
 
 
 def view_of_triangle(tree: Tree, loop: Loop, dependent: Collection[int]) -> tuple[int | None, int | None]:
-    """The link in whose axes the equations of a triangle are shortest, and its dependent revolute joint.
+    """The link in whose axes a triangle's equations are shortest, and the triangle's dependent revolute joint.
 
     It is a dependent turn of m's branch whose antecedent has the same normal.
     """
@@ -355,7 +355,7 @@ def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, paralle
 
 
 def _with_found(machine: Machine, assembly: Assembly, rough: Position) -> Position:
-    """The start completed by positions of its missing joints at which the loops close.
+    """The start, completed by positions of joints that it omits, such that the loops close.
 
     Independent joints stay at zero; where loops do not close so, they move by the smallest change found at random.
     Raises `InputError` where the loops close in several positions.

@@ -403,7 +403,7 @@ def _effects(zero: ZeroPosition, j: int, rules: Sequence[GroupingRule]) -> Itera
 
 
 class _Texts:
-    """Formulas of the grouped parameters, sums longer than `longest` under a name of their own."""
+    """Writer of formulas of grouped parameters, in which sums longer than `longest` get a name of their own."""
 
     def __init__(self, zero: ZeroPosition, longest: int) -> None:
         self.machine = zero.machine
@@ -429,7 +429,7 @@ class _Texts:
         return Polynomial.factor(self._names[formula])
 
     def text(self, x: Any) -> str:
-        """The text of a sum."""
+        """The text of a grouped parameter, which is a sum."""
         return polynomial_text(Polynomial.of(x), self.sources)
 
     def label(self, entry: str, j: int, regrouped: bool = False) -> str:
@@ -475,7 +475,7 @@ def _needed_composites(composites: dict[str, Formula], users: Sequence[Formula])
 
 
 def _own(mechanism: Mechanism, j: int) -> dict[str, Any]:
-    """The inertial parameters of body j and its rotor inertia, by entry."""
+    """The inertial parameters of body j and its rotor inertia, by name, before grouping."""
     link = mechanism.links[j - 1]
     return {**parameters_of(link.body), ROTOR: link.rotor_inertia}
 

@@ -255,7 +255,7 @@ def expressions_of_scene(
 
 
 def models_of(scene: Scene) -> tuple[str, ...]:
-    """Names of the models of a scene, with those of deflections of static springs and starts of controllers."""
+    """Names of a scene's requested models, and of those that they imply: deflections, initial control states."""
     names = scene.models or DEFAULT_MODELS
     more = [DEFLECTIONS] if scene.static else []
     more += [CONTROL_START] if CONTROL in names else []

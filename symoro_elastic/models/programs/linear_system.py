@@ -97,7 +97,7 @@ def linear_system(machine: Machine, program: Program) -> LinearSystem | None:
 
 
 def _emission(program: Program, x: Mapping[int, Operand]) -> tuple[NewValues, bool] | None:
-    """The map from nodes of the elimination to those of the program, and whether operations are reordered.
+    """The map from nodes of the elimination to those of the program, and whether operations were reordered.
 
     None where the results of the program are not those of the elimination.
     """
@@ -122,7 +122,7 @@ def _holds(results: Sequence[Operand], x: Sequence[Operand]) -> bool:
 
 
 def _counts(factors: Factorization, place: Mapping[int, int]) -> tuple[Array, Array, Array]:
-    """Numbers of terms that are subtracted from entries of A, of the right side, and of x."""
+    """Numbers of products subtracted in the elimination, from entries of A, of the right side, and of x."""
     below = np.zeros((len(place), len(place)))
     for j, row in factors.L.items():
         below[place[j], [place[i] for i in row]] = 1

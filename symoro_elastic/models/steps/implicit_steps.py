@@ -88,7 +88,7 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
 
 
 def _factors(motors: Motors, bound: Bound, system: _System) -> Model:
-    """The model of the factors; slopes of limits depend on the state and set points at the start of the step."""
+    """The model `implicit_factors`; slopes of limits depend on the state and set points at the start of the step."""
     gains = ("kp", "kd") if motors is Motors.SERVO else (*SET_POINTS, "tau") if system.is_limited else ()
     load = ["load"] if bound.machine.loaded else []
     return Model(
@@ -120,7 +120,7 @@ class _Diagonals:
 
 
 class _System:
-    """(A + S) x = S r_v + g K r_q of a bound machine; the base, without springs, is before the joints."""
+    """Linear system (A + S) x = S r_v + g K r_q of an implicit step; rows of a floating base come first."""
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
@@ -156,7 +156,7 @@ class _System:
 
     @property
     def results(self) -> dict[str, Result]:
-        """z_v = r_v - x, z_q = r_q + g z_v."""
+        """Results of the implicit step: z_v = r_v - x, z_q = r_q + g z_v, and z_z of eliminated states."""
         r_q, r_v = (list(map(self.bound.graph.symbol, self.sides[name])) for name in ("r_q", "r_v"))
         x = [*self.x_0.entries[: self.bound.machine.degrees_of_base], *self.x.values()]
         z_v = [r - change for r, change in zip(r_v, x, strict=True)]
@@ -245,7 +245,7 @@ class _System:
         return x, x_0
 
     def _of_base(self) -> tuple[RigidInertia, Wrench]:
-        """S of the dampers of the base, as mass and inertia that do not depend on its turns, and S r_v."""
+        """Damping S of a floating base as mass and inertia that do not depend on its rotation, and the wrench S r_v."""
         S = [self.g * self.bound.cell(damping) for damping in self.bound.machine.damping_of_base]
         if not S:
             return RigidInertia(), NO_WRENCH

@@ -65,7 +65,7 @@ class JointFriction:
 
     @property
     def has_state(self) -> bool:
-        """Whether z is a state."""
+        """Whether the deflection z of the bristle is a state."""
         return not is_zero(self.bristle)
 
     def force(self) -> Scalar:
@@ -80,7 +80,7 @@ class JointFriction:
         return sign(self.graph, self.v) if speed is None else smooth_sign(self.v, speed)
 
     def level(self, over: Scalar = 1) -> Scalar:
-        """g(v), the dry friction of steady slip, by a number."""
+        """Dry friction g(v) of steady slip, divided by `over`."""
         level = self.coulomb / over
         if not is_zero(self.static):
             square = self.stribeck * self.stribeck
@@ -88,11 +88,11 @@ class JointFriction:
         return level if is_zero(self.share) else level + self.share / over * amount(self.graph, self.load)
 
     def rate_of_bristle(self) -> Scalar:
-        """Return zd."""
+        """Return the time derivative z' of the bristle's deflection."""
         return self.v * (1 - self._alpha_y(self.bristle * self.z * self._side()))
 
     def slope(self) -> Scalar:
-        """Derivative of friction by v, z held; a sign counts as constant."""
+        """Derivative of friction by v at constant bristle deflection z; a sign counts as constant."""
         if not self.has_state and is_zero(self.static):
             return self.slope_at_level()
         v = self.graph.symbol("rate_of_joint")
@@ -116,7 +116,7 @@ class JointFriction:
 
     @property
     def _scales(self) -> tuple[Scalar, Scalar]:
-        """Return c and k."""
+        """Return the factors c and k that scale the transition from sticking to slipping."""
         if is_zero(self.breakaway):
             return 1, 1
         width = 1 - self.breakaway
@@ -124,12 +124,12 @@ class JointFriction:
         return c, c / width
 
     def _side(self) -> Scalar:
-        """Return k sign(v)/g."""
+        """Return k sign(v)/g, with g the dry friction of steady slip."""
         side, level = sign(self.graph, self.v), self.level(self._scales[1])
         return side * quotient(1, operand(level)) if is_constant(level) else side / level
 
     def _alpha_y(self, y: Scalar) -> Scalar:
-        """Return alpha y by k y."""
+        """Return alpha y from y = k s0 z sign(v)/g, where alpha rises from 0 (sticking) to 1 (slipping)."""
         if is_zero(self.breakaway):
             return y
         c, k = self._scales
@@ -145,7 +145,7 @@ class JointFriction:
 
 @dataclass(frozen=True)
 class ImplicitBristle:
-    """The row z' = followed v - a z of T and the force (s0 - s1 a) z + s1 followed v; `ka` is k a."""
+    """Bristle in an implicit step: z' = followed v - a z, force (s0 - s1 a) z + s1 followed v; `ka` is k a."""
 
     g: Scalar
     stiffness: Scalar
@@ -156,7 +156,7 @@ class ImplicitBristle:
 
     @property
     def over(self) -> Scalar:
-        """Return 1/(1 + g a)."""
+        """Return 1/(1 + g a), the factor of the implicit step."""
         return self.k / (self.k + self.g * self.ka)
 
     @property
@@ -165,11 +165,11 @@ class ImplicitBristle:
         return (self.damping + self.g * self.stiffness) * self.followed * self.over
 
     def push(self, r_z: Scalar) -> Scalar:
-        """The force of the right side r_z (D8)."""
+        """The force on the joint due to the right-hand side r_z of the bristle (D8)."""
         return (self.stiffness - self.damping / self.k * self.ka) * self.over * r_z
 
     def solution(self, r_z: Scalar, z_v: Scalar) -> Scalar:
-        """Return z of the solution, by that of the rate of the joint (D8)."""
+        """Return the solution z of the bristle from r_z and the solution z_v of the joint's rate (D8)."""
         return self.over * (r_z + self.g * self.followed * z_v)
 
 
@@ -217,7 +217,7 @@ class JointSpring:
         return self.slope + self.damping * bend * v
 
     def energy(self) -> Scalar:
-        """k U(x), J; zero where the deflection is."""
+        """Potential energy k U(x) of the spring, J; zero at zero deflection."""
         if is_zero(self.backlash):
             return elastic_energy(self.stiffness, self.x)
         half, amount = self.backlash / 2, self.x * sign(self.graph, self.x)
@@ -226,7 +226,7 @@ class JointSpring:
 
     @cached_property
     def _beyond_backlash(self) -> Scalar:
-        """D(x), as x (1 - b/(R + R)): R(u)^2 - R(w)^2 = 2 b x."""
+        """Deflection D(x) beyond the backlash, as x (1 - b/(R + R)): R(u)^2 - R(w)^2 = 2 b x."""
         if is_zero(self.backlash):
             return self.x
         over, under = self._roots
@@ -234,7 +234,7 @@ class JointSpring:
 
     @cached_property
     def _share(self) -> Scalar:
-        """D'(x)."""
+        """Derivative D'(x) of the deflection beyond the backlash."""
         half, (over, under) = self.backlash / 2, self._roots
         return 1 - ((self.x + half) / over - (self.x - half) / under) / 2
 
@@ -250,7 +250,7 @@ class JointSpring:
         return square_root(self.graph, u * u + self._e * self._e)
 
     def _integral(self, u: Scalar, w: Scalar) -> Scalar:
-        """P(u) - P(w), where u is not negative and w is at least -u: the logarithm then is of what is at least 1."""
+        """P(u) - P(w) for the energy, P the integral of 2 R; u >= 0 and w >= -u keep the logarithm accurate."""
         over, under = self._root(u), self._root(w)
         return u * over - w * under + self._e * self._e * logarithm(self.graph, (u + over) / (w + under))
 
@@ -285,11 +285,11 @@ class MotorCogging:
 
     @property
     def slope(self) -> Scalar:
-        """Stiffness here, of either sign."""
+        """Stiffness at this position, of either sign."""
         return self.spring.slope - (self.amplitude * self.order) * self._circle[0]
 
     def change(self, _: Scalar) -> Scalar:
-        """Stiffness here, whatever the rate."""
+        """Stiffness at this position, which the rate does not change."""
         return self.slope
 
     def energy(self) -> Scalar:

@@ -184,7 +184,7 @@ class Tree(Cells):
         return dict(zip(joints, map(self.graph.symbol, entries), strict=True))
 
     def mechanism_at_variables(self) -> Mechanism:
-        """The mechanism with its joints where the variables are."""
+        """The mechanism with each joint at the value of its variable, loops open."""
         base, floating = self.machine.base, self.machine.floating
         links = [self._mounted.get(j) or self._link(j, joint) for j, joint in enumerate(self.machine.joints, start=1)]
         links += [self.fixed_link(number, at) for number, at in self.points]
@@ -204,7 +204,7 @@ class Tree(Cells):
         return Wrench(Vector(*entries[:3]), Vector(*entries[3:])) if entries else NO_WRENCH
 
     def offset(self, j: int) -> Scalar:
-        """The constant part of a joint's cell, by which the joint position differs from its coordinate."""
+        """Value of a joint's cell without its own variable, to which the joint coordinate is added."""
         joint = self.machine.joint(j)
         names = joint.selected.names & self.machine.variables.keys()
         values = {name: self.variables[self.machine.variables[name]] for name in names}
@@ -309,7 +309,7 @@ class Tree(Cells):
 
     @property
     def base_acceleration(self) -> Twist:
-        """V'_0 without gravity."""
+        """Acceleration V'_0 of the base without gravity."""
         base = self.machine.base
         if self.machine.floating:
             return self.twist_on_base("V0d")
@@ -317,7 +317,7 @@ class Tree(Cells):
 
     @property
     def held_base_acceleration(self) -> Twist:
-        """V'_0 without gravity where no coordinate accelerates: that of the file, zero for a floating base."""
+        """Acceleration V'_0 of the base without gravity at zero accelerations of all coordinates."""
         return AT_REST if self.machine.floating else self.base_acceleration
 
 
