@@ -38,7 +38,7 @@ OF_TESTS = frozenset({"M", "XX", "YY", "ZZ", "IA", "FV", "K", "DA"})
 
 @dataclass(frozen=True)
 class Log:
-    """What was identified from a log, and the values of named parameters that the user gave."""
+    """Identification result of a log, and the values of named parameters that the user gave."""
 
     identification: Identification
     values: Mapping[str, float] = field(default_factory=dict)
@@ -69,7 +69,7 @@ def evidence_of(
     values: Mapping[str, float],
     labels: Sequence[str],
 ) -> Evidence:
-    """Return what a log determines of unknowns x = ln p with these labels; the others keep their `values`."""
+    """Return the estimates of a log as evidence on unknowns x = ln p with these labels; others keep their `values`."""
     columns, estimation = _sought_columns(identified), identified.driven or identified.estimation
     grouped = partial(_base_parameters, identified.equations.linear.structure, estimation.grouping)
     is_free = np.array([column.quantity not in OF_TESTS for column in columns])
@@ -118,7 +118,7 @@ def _sought_columns(identified: Identification) -> list[RegressorColumn]:
 
 
 def _base_parameters(structure: IndependentColumns, grouping: IndependentColumns, theta: Array, more: Array) -> Array:
-    """Return the parameters that least squares estimates, from those of columns and from laws and sensors."""
+    """Return base parameters from the parameters `theta` of columns, and those of friction laws and sensors."""
     return grouping.apply(np.concatenate([structure.apply(theta), more]))
 
 

@@ -80,12 +80,12 @@ class Estimate:
 
 
 def largest_of_chance(count: int = 1) -> float:
-    """Return the standard deviations beyond which, on one side, none of `count` estimates is by chance."""
+    """Return the one-sided bound, in standard deviations, that none of `count` estimates exceeds by chance."""
     return NormalDist().inv_cdf(1 - ALARM / max(count, 1))
 
 
 def is_identified(value: float, std: float) -> bool:
-    """Whether an estimate is known to a tenth of itself."""
+    """Whether the standard deviation of an estimate is at most a tenth of its value."""
     return std <= WELL_KNOWN * abs(value)
 
 
@@ -137,7 +137,7 @@ def directions(null: Array) -> list[Array]:
 
 
 def _sentence(labels: Sequence[str], direction: Array, sizes: Array) -> str:
-    """Return what a direction of two or more parameters means."""
+    """Return a sentence on which combination of two or more parameters the tests determine."""
     named = enumeration(labels)
     if len(labels) == 2:
         # Along it d ln p1 / d ln p2 = ratio: 1/p1 + 1/p2, p1 + p2, p1 p2 or p1 / p2 stays.

@@ -34,12 +34,12 @@ class Evidence:
         return r
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
-        """Return r (m) and its derivatives (p, m) by x."""
+        """Return the residuals r (m), each of standard deviation 1, and their derivatives (p, m) by x."""
         slopes = [(self.theta(x + h) - self.theta(x - h)) / (2 * STEP) for h in STEP * np.eye(len(x))]
         return self.apart(x), np.array(slopes).reshape(len(x), -1) @ self.root.T
 
     def contradicts(self, x: Array) -> bool:
-        """Whether the sum of squares at x is one that right data exceed once in a thousand."""
+        """Whether the sum of squared residuals at x exceeds what correct data exceed once in a thousand."""
         r = self.apart(x)
         return bool(r @ r > len(r) * largest_chi2(len(r)))
 
@@ -68,6 +68,6 @@ def information_root(covariance: Array) -> Array:
 
 
 def largest_chi2(freedom: float) -> float:
-    """Return what a mean square of noise exceeds once in a thousand, by degrees of freedom, at least one."""
+    """Return the 99.9 % quantile of chi2 over its degrees of freedom, at least one."""
     freedom = max(freedom, 1.0)
     return float(for_vibrations("scipy.special").chdtri(freedom, ALARM)) / freedom

@@ -26,9 +26,9 @@ CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of Y X, torques of known values and loads, columns of offsets of motors' torques, joints
-    that stand still, correlation of noise of torques in each row with that 0, 1, 2 ... rows later (lags, rows, n),
-    noise of Y by twins of that of the positions."""
+    """Rows of tau = Y X of a record, averaged and scaled to unit noise: Y, fixed torques `given`, columns of torque
+    offsets, joints at rest, correlation of torque noise with that 0, 1, 2 ... rows later (lags, rows, n), and
+    noise of Y from noise records like that of the positions."""
 
     t: Array
     Y: Array
@@ -79,12 +79,12 @@ class Sampled:
 
     @property
     def every(self) -> int:
-        """Samples for one that is enough for what the Butterworth filter passes."""
+        """Downsampling factor that keeps all frequencies which the Butterworth filter passes."""
         return max(1, int(self.chosen.sampling / (CLOSE * self.chosen.cutoff))) if self.chosen else 1
 
     @cached_property
     def draws(self) -> list[tuple[Array, Array, Array]]:
-        """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
+        """Many noise records of q, qd, qdd, including the zeros of encoders, which are known to half a step at best."""
         return filtering.noises_like(self.record, self.chosen, filtering.DRAWS, zeros=True)[0] if self.chosen else []
 
     def averages_of_few(self, x: Array, every: int) -> Array:
@@ -93,13 +93,13 @@ class Sampled:
         return self.averages(repeated[: len(self.motion.t)])
 
     def averages(self, x: Array) -> Array:
-        """Return averages of x (N, n)."""
+        """Return filtered averages of x (N, n) over the samples that count, scaled to unit noise."""
         used = x * self.counted
         rows: Array = (filtering.average(used, self.chosen) if self.chosen else used) * self.scale
         return rows
 
     def torques(self, delay: float) -> tuple[Array, Array]:
-        """Return torques of motors (N, m) so much later than positions, and their slopes."""
+        """Return torques of motors (N, m) that are read `delay` s later than positions, and their time derivatives."""
         record, at = self.record, self.motion.t + delay
         smoothed = filtering.smooth(record.tau, self.chosen, record) if self.chosen else record.tau
         step = record.period if record.is_even else record.t
@@ -111,7 +111,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Equations:
-    """tau = Y X of a machine: its regressor, and how its columns are grouped."""
+    """The equations tau = Y X of a machine: its regressor, and how its columns are grouped."""
 
     machine: Machine
     Y: Regressor
@@ -119,12 +119,12 @@ class Equations:
 
     @property
     def estimated_columns(self) -> tuple[int, ...]:
-        """The columns to estimate."""
+        """Numbers of the regressor columns to estimate."""
         return tuple(self.linear.sought[c] for c in self.linear.structure.kept)
 
     @property
     def fixed(self) -> Mapping[int, float]:
-        """Values of columns that are known."""
+        """Fixed values of columns that are not estimated, by number."""
         return self.linear.known
 
     def sample(self, record: Measurements, chosen: filtering.Filter | None, trusted: Collection[int] = ()) -> Sampled:
@@ -145,17 +145,17 @@ class Equations:
         return Sampled(record, motion, counted, chosen, staying)
 
     def effects(self, q: Array, motor: int) -> Array:
-        """Return what one unit of a motor's torque does on the joints, (N, n)."""
+        """Return the joint torques (N, n) for a unit torque of a motor."""
         return self.Y.joint_torques(q, np.eye(len(self.machine.motors))[np.full(len(q), motor)])
 
     def unmeasured_joints(self, record: Measurements, still: Sequence[int]) -> tuple[int, ...]:
-        """Return which of the joints that are held still have torques of zero throughout, which no sensor gives."""
+        """Return the joints at rest whose torques are zero at all samples, so that no sensor measures them."""
         motors, joints = self.machine.motors, self.machine.independent
         silent = {joints.index(j) for j, tau in zip(motors, record.tau.T, strict=True) if j in joints and not tau.any()}
         return tuple(k for k in still if k in silent)
 
     def rows(self, sampled: Sampled) -> Rows:
-        """Return the rows of Y X of a record, and the known parts of their left sides."""
+        """Return the rows of Y X of a record, and its torques of loads and fixed parameters."""
         motion, chosen = sampled.motion, sampled.chosen
         averages = zip(*(self._averages(sampled, piece) for piece in sampled.pieces), strict=True)
         right, given, *noise = (np.concatenate(x) for x in averages)
@@ -168,12 +168,12 @@ class Equations:
         return Rows(t, *rows, motion.still, sampled.correlation, tuple(scaled[1:]))
 
     def torques(self, sampled: Sampled, delay: float = 0.0) -> tuple[Array, Array]:
-        """Return averages of what torques of motors do, so much later than positions, and of their slopes."""
+        """Return averages of the motors' joint torques, read `delay` s later than positions, and their derivatives."""
         late, slope = (self.Y.joint_torques(sampled.motion.q, x) for x in sampled.torques(delay))
         return sampled.averages(late), sampled.averages(slope)
 
     def draws(self, sampled: Sampled, X: Array) -> list[Array]:
-        """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
+        """Return changes of Y X for drawn quantization errors of encoders, at samples as close as filters need."""
         motion = sampled.motion
         is_moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
         some = slice(sampled.every // 2, None, sampled.every)
@@ -211,7 +211,7 @@ class Equations:
         return fixed_torques + self.Y.loads(motion[0])
 
     def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
-        """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
+        """Return averages of Y, of load and fixed torques, and of half the differences of Y between opposite noises."""
         motion, chosen = sampled.motion, sampled.chosen
         motions = [motion.part(piece)]
         for twin, sign in itertools.product(motion.twins, SIGNS):

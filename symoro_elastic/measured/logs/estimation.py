@@ -87,7 +87,7 @@ class Estimation:
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
-        """Labels of the parameters that this motion does not show."""
+        """Labels of the parameters that this motion cannot determine."""
         return tuple(e.unknown.label for e in self.estimates if e.verdict is Verdict.NOT)
 
 
@@ -147,13 +147,13 @@ def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array])
 
 
 def _law(Y: Array, tau: Array, X: Array, sigma: Array, noise: RowNoise) -> Noise:
-    """Return the noise of the rows over sigma."""
+    """Return the noise of the rows, which are divided by the standard deviations sigma of their joints."""
     positions, residuals = [D @ X / sigma for D in noise.columns], (tau - Y @ X) / sigma
     return residual_noise(Y / sigma[:, None], residuals, positions, noise.correlation_in(Y), noise.repeating)
 
 
 def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:
-    """Return rounding errors of rows, the least residuals, so that rows without noise have finite weights."""
+    """Return lower bounds (n) of standard deviations: rounding errors, which keep weights finite without noise."""
     terms = np.sqrt(((Y * X) ** 2).sum(axis=2).mean(axis=0)) + np.sqrt((tau**2).mean(axis=0))
     floor = 1e-13 * terms
     return np.where(floor > 0, floor, max(float(deviations.max(initial=0.0)), 1e-300))
@@ -173,7 +173,7 @@ class _Parts:
     share: Array
 
     def in_doubt(self, rows: int, correlation: Sequence[float], draws: int) -> Array:
-        """Return parts times their relative standard deviations, since N differs from the noise in Y^T Y.
+        """Return parts times their relative standard deviations, as the estimated noise N differs from that in Y^T Y.
 
         N is a mean square of so many draws, that of Y is one of so many rows: both have a variance of 2/nu, nu the
         rows without their correlations. A direction that noise hides is in doubt by all of its size.
@@ -186,7 +186,7 @@ class _Parts:
 def _weighted_solution(
     Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]
 ) -> tuple[Array, Array, float, Array, _Parts]:
-    """Return X, (Y^T Y - N)^-1, the condition number of unit columns, the share of noise in each X_i, parts of X."""
+    """Return X, (Y^T Y - N)^-1, the condition number of unit columns, the noise fraction of each X_i, parts of X."""
     lengths = np.linalg.norm(_stacked_rows(Y, sigma), axis=0)
     W, right = _stacked_rows(Y, sigma, lengths), (tau / sigma).ravel()
     Q, R = np.linalg.qr(W)
@@ -253,7 +253,7 @@ def estimate(model: LinearModel, least: int = FEWEST_ROWS, sigma: Array | None =
 
 
 def without_hidden_rows(model: LinearModel, estimation: Estimation) -> Estimation:
-    """Return the estimates without the equations of joints without torque in which parameters are that noise hides.
+    """Return estimates without the equations of undriven joints that contain parameters hidden by noise.
 
     Such an equation determines its parameters up to a factor: least squares makes it zero, and shifts what its
     parameters move to other joints. It is left out if a hidden parameter occurs there alone, others if some remain.
@@ -298,7 +298,7 @@ def refuse_short(
 
 
 def fewest_rows(parameters: int, correlation: Sequence[float], per_parameter: int = FEWEST_ROWS) -> int:
-    """Return how many rows so correlated are two independent equations for each parameter, or as many as are asked."""
+    """Return the number of correlated rows equivalent to `per_parameter` independent equations for each parameter."""
     return math.ceil(per_parameter * parameters * (2 * sum(correlation) - correlation[0]))
 
 
@@ -319,7 +319,7 @@ def balanced_rows(Y: Array) -> Array:
 def _estimate(
     model: LinearModel, grouping: IndependentColumns, solution: LeastSquares, k: int, hidden: dict[int, str]
 ) -> Estimate:
-    """Return the estimate of independent column k."""
+    """Return the estimate, with verdict, of independent column k."""
     c = grouping.kept[k]
     unknown = model.unknowns[c]
     value, std = unknown.about + float(solution.X[k]), float(solution.std[k])
@@ -387,7 +387,7 @@ def _consistency(estimates: Iterable[Estimate]) -> list[str]:
 
 
 def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
-    """Return notes on joints whose residuals are correlated."""
+    """Return notes on joints whose residuals are not white."""
     return [
         f"residuals of {joint} stay correlated beyond the filter, so standard deviations are increased {factor:.1f} "
         "times where they rest on this joint; the model lacks something, or torques have slow noise"

@@ -74,7 +74,7 @@ class Excitation:
 
 
 class Response:
-    """What all joints do on a motion of the motors.
+    """Motion of all joints, and torques of the motors, for a motion of the motors.
 
     Elastic joints follow quasi-statically: k (q - q0) balances their equation at the accelerations of the pass
     before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
@@ -96,14 +96,14 @@ class Response:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Parameters without value, for which no torque is known."""
+        """Labels of the parameters without value, with which torques cannot be computed."""
         return tuple(
             x.label for x, is_finite in zip(self.Y.columns, np.isfinite(self._values), strict=True) if not is_finite
         )
 
     def torques(self, motion: Periodic) -> tuple[Array, Array]:
-        """Return the least and the largest torques of the motors along a motion, (m,) each, by the parameters of the
-        machine, with what is between samples: peaks of what is smooth, reversals of dry friction, peaks of cogging.
+        """Return lower and upper bounds of the motor torques along a motion, (m,) each, at the machine's parameters,
+        between samples too: peaks of smooth torques, reversals of dry friction, peaks of cogging.
         """
         states, dry = self.states(motion, FINER), self._dry
         smooth = [c for c in range(len(self._values)) if c not in dry]
@@ -133,7 +133,7 @@ class Response:
 
     @cached_property
     def _dry(self) -> list[int]:
-        """Columns of dry friction, which jump."""
+        """Columns of dry friction, which are discontinuous at reversals."""
         return [c for c, column in enumerate(self.Y.columns) if column.quantity == "FS"]
 
     @property
@@ -208,7 +208,7 @@ def within_torques(motion: FourierMotion, torque: Sequence[Range | None], respon
 
 
 class Condition:
-    """Condition number of the base regressor along a motion of the motors, and the scales that make it one number."""
+    """Condition number of the base regressor along a motion of the motors, with scaled rows and columns."""
 
     def __init__(self, response: Response, reference: FourierMotion, known: Sequence[str] = ()) -> None:
         self.Y, self.response, machine = response.Y, response, response.machine
@@ -394,7 +394,7 @@ def _ranges(response: Response, motion: Periodic) -> tuple[tuple[float, float], 
 
 
 def _refuse_following(machine: Machine) -> None:
-    """Raise `InputError` for motors whose motion others give."""
+    """Raise `InputError` for motors on dependent joints, whose motion follows from other joints."""
     following = [machine.joint(j).name for j in machine.motors if j in machine.dependent]
     if following:
         what = f"{', '.join(following)} follow from other joints, so no motion of their own excites them: name others "
@@ -403,7 +403,7 @@ def _refuse_following(machine: Machine) -> None:
 
 
 class _Enough(Exception):
-    """The evaluations are used up."""
+    """Raised when the allowed number of evaluations is used up."""
 
 
 class _Search:
@@ -492,11 +492,11 @@ class ExcitedLaws:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What the columns are of."""
+        """Labels of the columns."""
         return tuple(x.label for x in self._unknowns)
 
     def columns(self, motion: Motion) -> Array:
-        """Return their columns along a motion, (samples, n, k)."""
+        """Return the columns of these friction laws along a motion, (samples, n, k)."""
         return self.laws.columns(self.Y, self._linear, motion)
 
     def torques(self, motion: Motion) -> Array:
@@ -538,7 +538,7 @@ class ExcitedLaws:
 
     @cached_property
     def _numbers(self) -> Array:
-        """The numbers of the columns by the file, zero where it has none."""
+        """Parameters of the columns from the machine file, zero where it has none."""
         laws = {j: self.machine.joint(j).friction for j in (*self.laws.load, *self.laws.stribeck)}
         rising = [self._value(laws[j].load) for j in self.laws.load]
         static = [self._value(laws[j].static) for j in self.laws.stribeck]

@@ -126,7 +126,7 @@ class FilteredMotion:
     staircases: tuple[int, ...] = ()
 
     def part(self, piece: slice) -> tuple[Array, Array, Array]:
-        """Return some samples of q, qd, qdd."""
+        """Return the samples `piece` of q, qd, qdd."""
         return self.q[piece], self.qd[piece], self.qdd[piece]
 
 
@@ -176,7 +176,7 @@ def bandwidth_of(x: Array, period: float) -> float:
 
 
 def _crowding(spectrum: Array) -> float:
-    """Return into how few lines the energy of noise is crowded, as where a staircase repeats; 1 for white noise."""
+    """Return the ratio of mean square to squared mean of a noise spectrum: 1 if white, more with few peaks."""
     mean = float(spectrum.mean())
     return max(1.0, float((spectrum**2).mean()) / (2 * mean**2)) if mean else 1.0
 
@@ -285,14 +285,14 @@ def _even_derivatives(record: Measurements, chosen: Filter, trim: int) -> tuple[
 
 
 def _carriers(chosen: Filter) -> list[float]:
-    """Return the frequencies of modulation that keep clear of the motion, of the sampling frequency."""
+    """Return the modulation frequencies, relative to sampling, that lie above the band of the motion."""
     return [share for share in TWINS if share * chosen.sampling >= CLEAR_OF_MOTION * chosen.cutoff]
 
 
 def noises_like(
     record: Measurements, chosen: Filter, count: int = STAIRCASES, zeros: bool = False
 ) -> tuple[list[tuple[Array, Array, Array]], tuple[int, ...]]:
-    """Return noises of q, qd, qdd of the same law as that of a record, independent of it, and joints with staircases.
+    """Return independent noise records of q, qd, qdd with the law of a record's noise, and joints with staircases.
 
     Where the staircase of an encoder is most of the noise they are `count` ones of other zeros along the same motion;
     with `zeros` their errors contain those of the zeros, at most half a step.
@@ -342,7 +342,7 @@ def _staircases(
 
 
 def _modulated_record(record: Measurements, chosen: Filter, share: float) -> Measurements:
-    """Return the record modulated by a share of the sampling frequency, started and ended smoothly.
+    """Return the record modulated by `share` times the sampling frequency, faded in and out.
 
     Noise of the same density replaces the motion in the filter's band. Where sampling is uneven
     modulation would smear the motion over all frequencies, so what the filter passes is taken away before.

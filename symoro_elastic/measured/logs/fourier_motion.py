@@ -22,7 +22,7 @@ MOST_SMALLER = 200  # trials
 
 @dataclass(frozen=True)
 class Limits:
-    """Of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2).
+    """Limits of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2).
 
     `torque` are ranges of torques, N m or N, None for motors without; empty where no motor has one.
     """
@@ -112,7 +112,7 @@ class Started:
         return q, qd * pace, qdd * pace**2 + qd * turning
 
     def times(self, finer: int = 1) -> Array:
-        """Return samples at which limits are checked, as close as those of the motion."""
+        """Return the times at which limits are checked, as close together as those of the periodic motion."""
         step = self.motion.period / len(self.motion.times(finer))
         count = round(self.period / step)
         times: Array = np.arange(count) * self.period / count
@@ -163,7 +163,7 @@ def with_neighbours(x: Array) -> Array:
 
 
 def rise(x: Array) -> Array:
-    """Return how far a smooth curve may leave samples (N, ...) of a period near each: twice h^2 |x''| / 8."""
+    """Return how far a smooth curve can exceed the samples (N, ...) of a period: twice h^2 |x''| / 8."""
     before, here, after = with_neighbours(x)
     most: Array = with_neighbours(np.abs(before - 2 * here + after)).max(axis=0)
     return most / 4

@@ -44,8 +44,8 @@ Motion = tuple[Array, Array, Array]
 
 @dataclass(frozen=True)
 class FrictionLaws:
-    """Rows of the table whose friction rises with load, velocities of Stribeck's law by row, whether records have
-    friction of their own, and how many, orders k of cogging by row, 1/rad or 1/m of the joint. X, by column of the
+    """Friction laws to identify: rows of the table with load friction, Stribeck velocities by row, whether friction
+    changes by record, number of records, orders k of cogging by row, 1/rad or 1/m of the joint. X, by column of the
     regressor, and gains, by row, are those about which load friction is linear."""
 
     load: tuple[int, ...] = ()
@@ -83,7 +83,7 @@ class FrictionLaws:
         return [(c, kinds[linear.columns[c].quantity]) for c in linear.sought if linear.columns[c].quantity in kinds]
 
     def columns(self, Y: Regressor, linear: Linear, motion: Motion, record: int = 0) -> Array:
-        """Return the columns of a record (samples, n, k); a record that is not fitted has the friction of the first."""
+        """Return friction columns of a record (samples, n, k); records that are not fitted take those of the first."""
         dry = {column.row: c for c, column in enumerate(linear.columns) if column.quantity == "FS"}
         rows = [*self.load, *self.stribeck]
         unit = Y.evaluate(*motion, [dry[j] for j in rows])
@@ -97,8 +97,8 @@ class FrictionLaws:
         return np.concatenate([*blocks, *(_cogging(Y, j, k, motion[0]) for j, k in self.cogging.items())], axis=2)
 
     def slopes(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
-        """Return FL0 s P sign(qd), which columns of groups have more, and at last FL0 s p sign(qd), which right sides
-        have more, (samples, n, groups + 1)."""
+        """Return terms of linearized load friction: FL0 s P sign(qd) to add to columns of groups, then FL0 s p sign(qd)
+        to add to right-hand sides, (samples, n, groups + 1)."""
         groups = [linear.sought[c] for c in linear.structure.kept]
         more = np.zeros((*motion[0].shape, len(groups) + 1))
         rising = [(k, j, self.gains[j]) for k, j in enumerate(self.load) if self.gains.get(j)]
@@ -116,7 +116,7 @@ class FrictionLaws:
         return more
 
     def _passing(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
-        """Return what passes the transmissions of joints whose friction rises with load, (samples, joints)."""
+        """Return the torques (samples, joints) transmitted by joints whose friction rises with load."""
         if not self.load:
             return np.zeros((len(motion[0]), 0))
         places = [Y.felt_by(j)[0] for j in self.load]
@@ -127,7 +127,7 @@ class FrictionLaws:
         return passing
 
     def _within_bodies(self, linear: Linear) -> dict[int, float]:
-        """Return inertias of rotors by the file, by column, that data do not separate from inertias of bodies."""
+        """Return inertias of rotors in the file, by column, that data do not separate from inertias of bodies."""
         rotors = {c: linear.columns[c] for c in linear.sought if c not in self.X}
         inertias = {
             c: column.value for c, column in rotors.items() if column.quantity == "IA" and column.row in self.load
@@ -135,7 +135,7 @@ class FrictionLaws:
         return {c: x for c, x in inertias.items() if np.isfinite(x)}
 
     def about(self, linear: Linear, X: Sequence[float], gains: Sequence[float] = ()) -> FrictionLaws:
-        """Return the laws, linear about groups X and gains of load."""
+        """Return the friction laws linearized about the base parameters X and the load gains."""
         groups = [linear.sought[c] for c in linear.structure.kept]
         return replace(self, X=dict(zip(groups, X, strict=False)), gains=dict(zip(self.load, gains, strict=False)))
 
@@ -168,7 +168,7 @@ def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
 
 
 def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
-    """Return the first groups by weighted least squares of independent columns, zero for the others, and their
+    """Return base parameters by weighted least squares of independent columns, zero for the others, and their
     standard deviations."""
     X, std = np.zeros(Y.shape[2]), np.zeros(Y.shape[2])
     independent, solution = independent_solution(Y, tau)
@@ -177,7 +177,7 @@ def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
 
 
 def refuse_laws(machine: Machine, laws: FrictionLaws) -> None:
-    """Raise `InputError` for joints whose load is not a coordinate's."""
+    """Raise `InputError` for load friction or cogging of joints that follow other joints."""
     for option, rows in (("--load-friction", laws.load), ("--cogging", laws.cogging)):
         for j in (j for j in rows if j not in machine.independent):
             what = f"joint {j} ({machine.joint(j).name}) follows others, so the torque through it cannot be determined"

@@ -34,7 +34,7 @@ Refit = Callable[[Mapping[str, float]], Identification]
 
 @dataclass(frozen=True, repr=False)
 class Identified(Result):
-    """Identified parameters of a machine, and what they predict of another record.
+    """Identified parameters of a machine, and their prediction of another record.
 
     `joint` is the fit of the log and of vibration tests, if any were given: its estimates replace those of the log.
     """
@@ -123,7 +123,7 @@ def _not_saved(result: Identification) -> list[str]:
 
 
 def _is_possible(e: Estimate) -> bool:
-    """Return whether a law of friction can have a value."""
+    """Whether an estimate of a friction law is physically possible."""
     return 0 < e.value < (MOST_LOAD if e.unknown.quantity == LOAD else math.inf)
 
 
@@ -147,7 +147,7 @@ def without_negatives(result: Identification, refit: Refit) -> tuple[Identificat
 
 
 def _least(column: RegressorColumn, x: float, machine: Machine) -> float:
-    """Return what is saved in place of a negative value."""
+    """Return the value that is saved in place of a negative estimate: zero, or a spring's value in the file."""
     if column.quantity != "K":
         return 0.0
     if column.value > 0:
@@ -157,7 +157,7 @@ def _least(column: RegressorColumn, x: float, machine: Machine) -> float:
 
 
 def _estimated_columns(result: Identification) -> Iterator[tuple[RegressorColumn, float]]:
-    """Yield estimates, and values that were known, with their columns."""
+    """Yield the estimated columns and the fixed ones, with their values."""
     columns, equations = result.equations.Y.columns, result.equations
     yield from ((columns[c], value) for c, value in equations.fixed.items())
     for value, c in zip(result.estimation.solution.X.tolist(), result.estimation.grouping.kept, strict=True):
@@ -166,12 +166,12 @@ def _estimated_columns(result: Identification) -> Iterator[tuple[RegressorColumn
 
 
 def _values(result: Identification) -> RowValues:
-    """Return estimates, and values that were known."""
+    """Return estimated and fixed values by row of the table and quantity."""
     return {(column.row, column.quantity): value for column, value in _estimated_columns(result)}
 
 
 def _of_laws(result: Identification) -> RowValues:
-    """Return load friction, static friction, Stribeck's velocity and cogging; what no friction has is left out."""
+    """Return load friction, static friction, Stribeck velocity and cogging by row; impossible values are omitted."""
     values = {}
     dry = _values(result)
     for e in result.estimates:
@@ -215,7 +215,7 @@ def _with(joint: Joint, j: int, values: RowValues, keeps_rotor: bool) -> Joint:
 
 
 def _cogging(joint: Joint, j: int, values: RowValues, keeps_rotor: bool) -> Cogging:
-    """Return cogging by its cosine and sine, of the joint's own axis unless the rotor keeps its ratio."""
+    """Return cogging from its cosine and sine terms, on the joint's axis unless the rotor keeps its ratio."""
     if (j, COSINE) not in values:
         return joint.cogging if keeps_rotor else joint.reflected_cogging
     cosine, sine = values[j, COSINE], values[j, SINE]

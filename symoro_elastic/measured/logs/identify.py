@@ -75,7 +75,7 @@ SAMPLES = 200  # of the torques by a unit of a parameter
 
 @dataclass(frozen=True)
 class LogSettings:
-    """How logs are identified.
+    """Settings of an identification from logs.
 
     `values` are numbers of named parameters (geometry), `known` values of columns that are not estimated (`M13`, `FS5`:
     weighed, or zero), `seek` bodies or labels that alone are estimated, `unseen` columns that torques do not depend on
@@ -140,7 +140,7 @@ def _fit(
     step: Announce,
     trusted: Collection[int],
 ) -> tuple[Identification, list[int]]:
-    """Return what is identified, and the motors whose torques stay at an end of their range; some are trusted there."""
+    """Return the identification, and the motors whose torques saturate; saturation of `trusted` motors is ignored."""
     stack, late = _in_time(partial(stacked, trusted=trusted), pieces_of_records, settings.delay)
     step("solve")
     try:
@@ -154,7 +154,7 @@ def _in_time(
     pieces_of_records: Sequence[Sequence[Measurements]],
     delay: str,
 ) -> tuple[_Stack, list[Late]]:
-    """Return the rows of records whose columns are moved back that lag others by whole samples, and late columns.
+    """Return rows of records whose columns are shifted to be in time by whole samples, and the late columns.
 
     None is moved unless all are in time then.
     """
@@ -186,7 +186,7 @@ def _in_time(
 
 
 class _Stack:
-    """Rows of the pieces of several records, and what is estimated from them."""
+    """Rows of the pieces of several records, and the estimation from them."""
 
     def __init__(
         self,
@@ -272,7 +272,7 @@ class _Stack:
         return notes + [line for x in longest for line in notes_on_encoders(x.record, x.motion, x.chosen, names)]
 
     def delays(self) -> Delays | None:
-        """Return how late columns are; None where rows are too few."""
+        """Return the delays of columns; None where rows are too few."""
         if self._is_short(self.columns.Y.shape[2]):
             return None
         return delays_of(self._equations, self.sampled, self.columns)
@@ -283,7 +283,7 @@ class _Stack:
         return few or float(np.median(sum(_reversals(x.motion.qd) for x in self.sampled))) < FEWEST_REVERSALS
 
     def _of_laws(self) -> tuple[Array, Array]:
-        """Return columns of groups with those of laws of friction, and what load friction adds to right sides."""
+        """Return regressor columns with those of friction laws, and the load friction to add to right-hand sides."""
         Y, linear, plain = self._equations.Y, self._equations.linear, self._plain.Y
         used = np.asarray(plain.any(axis=2))
         more = self._averages_of(lambda k, motion: self.laws.columns(Y, linear, motion, k)) * used[:, :, None]
@@ -294,7 +294,7 @@ class _Stack:
         return np.concatenate([plain, more], axis=2), right
 
     def _averages_of(self, columns_of: Callable[[int, friction_laws.Motion], Array]) -> Array:
-        """Return averages of columns, which number of record and motion give, (rows, n, k)."""
+        """Return averages (rows, n, k) of the columns that `columns_of` computes from record number and motion."""
         averages = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
             used, scale = x.counted[:, :, None].astype(float), x.scale[:, :, None]
@@ -369,7 +369,7 @@ class _Stack:
             self._note_residuals("delay of torques", (Y, tau), at_once)
 
     def _largest_torques(self) -> Array:
-        """Return the largest torques on joints by a unit of the columns, (n, columns)."""
+        """Return the largest joint torques per unit of each regressor column, (n, columns)."""
         Y = self._equations.Y
         some = [x.motion.part(slice(None, None, max(1, len(x.motion.t) // SAMPLES))) for x in self.sampled]
         every = [np.abs(Y.evaluate(*motion, range(len(Y.columns)))).max(axis=0, initial=0.0) for motion in some]
@@ -377,7 +377,7 @@ class _Stack:
         return most
 
     def _sensor_terms(self, settings: LogSettings) -> tuple[Sensors, bool]:
-        """Return what is sought of sensors, and whether rows are few; columns are then with laws of friction."""
+        """Return the sensor terms to estimate, and whether rows are few; adds columns of friction laws."""
         has_laws = bool(self.laws.unknowns(self._equations.machine, self._equations.linear))
         if has_laws:
             self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
@@ -401,7 +401,7 @@ class _Stack:
     def estimation_with_sensors(
         self, settings: LogSettings, late: Sequence[Late] = ()
     ) -> tuple[Sensors, Estimation, Array, Possible | None]:
-        """Return what is sought of sensors, the estimation, left sides, and bodies if they are to be possible.
+        """Return sensor terms, the estimation, measured torques, and consistent bodies if these are requested.
 
         Records may then be short: offsets are sought, a delay only where it must be.
         """
@@ -432,7 +432,7 @@ class _Stack:
 
 
 def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:
-    """Return noises of Y of all records; those of records with fewer repeat, for their mean square counts."""
+    """Return noises of Y of all records, equal in number: those of records with fewer repeat."""
     count = max(len(x.noise) for x in rows)
     twins = [[x.noise[i % len(x.noise)] if x.noise else np.zeros_like(x.Y) for x in rows] for i in range(count)]
     return tuple(np.concatenate(part) for part in twins)
@@ -446,7 +446,7 @@ def _residual_percent(Y: Array, tau: Array) -> float:
 
 
 def _torques(equations: Equations, records: Sequence[Sampled], fixed: Array) -> Torques:
-    """Return the function from a delay to left sides, torques so much later than positions, and their slopes."""
+    """Return the function from a delay, s, to measured torques less fixed ones, and their derivatives by time."""
 
     def late(delay: float) -> tuple[Array, Array]:
         pairs = zip(*(equations.torques(sampled, delay) for sampled in records), strict=True)
@@ -457,7 +457,7 @@ def _torques(equations: Equations, records: Sequence[Sampled], fixed: Array) -> 
 
 
 def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
-    """Return the function from X, of the machine and others, to what draws of noise of positions make of Y X."""
+    """Return the function from parameters X to changes of Y X for drawn position noise."""
 
     def draws_of_records(X: Array) -> list[Array]:
         own = X[: len(equations.estimated_columns)]
@@ -480,7 +480,7 @@ def _nonzero_rows(Y: Array) -> int:
 
 
 def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
-    """Return the forces of springs and dampers by the estimates."""
+    """Return the estimated torques of springs and dampers."""
     own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
     of_springs = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in of_springs]] @ estimation.solution.X[[k for k, _ in of_springs]]
@@ -493,7 +493,7 @@ def _driven(machine: Machine) -> list[int]:
 
 
 def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, machine: Machine) -> dict[int, float]:
-    """Return values of columns that are not sought, by number."""
+    """Return fixed values of columns that are not estimated, by number."""
     fixed = settings.known
     refuse_unknown_labels(machine, fixed, columns)
     fixed = {**others_than(machine, settings.seek, columns), **dict.fromkeys(settings.unseen, 0.0), **fixed}
@@ -505,7 +505,7 @@ def _fixed_columns(columns: Sequence[RegressorColumn], settings: LogSettings, ma
 
 
 def _base_equations(machine: Machine, Y: Regressor, fixed: Mapping[int, float]) -> Equations:
-    """Return the equations of a machine with the columns that are not known, grouped."""
+    """Return the equations of a machine with its free columns grouped into base parameters."""
     sought = tuple(c for c in range(len(Y.columns)) if c not in fixed)
     if not sought:
         raise machine.error("bodies", "no parameter has a part in the torques, or all are known: nothing is sought")
@@ -513,7 +513,7 @@ def _base_equations(machine: Machine, Y: Regressor, fixed: Mapping[int, float]) 
 
 
 def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, seed: int = 0) -> IndependentColumns:
-    """Return independent columns and how the others join them, at random states."""
+    """Return independent columns, and the combinations that give the others, from random states."""
     W = Y.evaluate(*Y.states(RANK_STATES, seed), sought)
     if not np.isfinite(W).all():
         raise machine.error("regressor", "has no value at ordinary positions")

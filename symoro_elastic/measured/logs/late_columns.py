@@ -49,17 +49,17 @@ class Late:
 
     @property
     def key(self) -> tuple[tuple[str, ...], int]:
-        """Which columns they are."""
+        """Identity of the columns: their quantities and the index of their joint or motor."""
         return self.quantities, self.place
 
     @property
     def whole(self) -> int:
-        """The nearest number of samples."""
+        """Delay rounded to an integer number of samples."""
         return round(self.samples)
 
     @property
     def is_whole(self) -> bool:
-        """Whether it is late by whole samples, within its doubt."""
+        """Whether the delay is an integer number of samples, not zero, within its uncertainty."""
         return self.whole != 0 and abs(self.samples - self.whole) < max(WHOLE, SIGNIFICANT * self.std)
 
     def header(self, machine: Machine) -> str:
@@ -101,7 +101,7 @@ def late_velocities(record: Measurements, chosen: Filter) -> list[Late]:
 
 
 def _lag(q: Array, qd: Array, period: float, inner: slice) -> float | None:
-    """Return by how many samples a velocity lags the derivative of its position; None where they differ otherwise."""
+    """Return the lag, in samples, of a velocity behind its position's derivative; None if they differ otherwise."""
     rate = np.pad(differentiate(q, period)[0], 2, mode="edge")
     samples, t = 0.0, np.arange(len(q))
     for _ in range(ROUNDS):
@@ -128,7 +128,7 @@ def moved_back(record: Measurements, late: Iterable[Late]) -> Measurements:
 
 @dataclass(frozen=True)
 class Delays:
-    """How late columns are, were each of them alone, in addition to a delay of all torques if data show one.
+    """Delays of columns, each estimated as the only one, in addition to a delay of all torques if data show one.
 
     `rivals` are positions that explain as much as torques that are all ahead of positions, as no torque is.
     """
@@ -138,33 +138,33 @@ class Delays:
 
     @property
     def clear(self) -> Late | None:
-        """The column whose delay explains the residuals clearly; of equal ones that which is late rather than early."""
+        """The column whose delay clearly explains the residuals; among equal ones a late column before an early one."""
         certain = [x for x in self.likely if x.whole and abs(x.samples) < LONGEST]
         return max(certain, key=lambda x: (x.samples > 0, x.evidence), default=None)
 
     @property
     def likely(self) -> list[Late]:
-        """Columns that are late by the residuals, or may be."""
+        """Columns whose delay the residuals indicate, the best and those that are nearly as good."""
         best = max((x.evidence for x in self.columns), default=0.0)
         return [x for x in self.columns if x.evidence > max(best - CLEAR, CLEAR)]
 
     def still(self, shifted: Iterable[Late]) -> Late | None:
-        """Return a column that is late by a sample after its shift was rounded, rather than all torques."""
+        """Return a shifted column that is still late by half a sample or more, since its shift was rounded."""
         later = (self.now(x) for x in shifted)
         return next((x for x in later if x.evidence > 0 and x.whole), None)
 
     def now(self, late: Late) -> Late:
-        """Return how late a column is that was moved back; in time if nothing is known of it."""
+        """Return the remaining delay of a shifted column; zero if none was estimated."""
         return next((column for column in self.columns if column.key == late.key), replace(late, samples=0.0))
 
     def leaves(self, late: Late) -> bool:
-        """Whether a column that was moved back is in time now."""
+        """Whether a shifted column has no significant delay any more."""
         now = self.now(late)
         return abs(now.samples) < max(WHOLE, SIGNIFICANT * now.std)
 
 
 def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns) -> Delays:
-    """Return how late columns are, by Gauss-Newton steps together with parameters and offsets of torques.
+    """Return the delays of columns, by Gauss-Newton steps together with parameters and torque offsets.
 
     Where a delay of all torques explains as much as the best column, they are late in addition to that delay.
     """
@@ -180,7 +180,7 @@ def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns
 def _delays(
     equations: Equations, records: Sequence[Sampled], columns: Columns, delay: float | None
 ) -> tuple[list[Late], float]:
-    """Return how late columns are, with a delay of all torques or without it, and the fall of BIC by one.
+    """Return the delays of columns, with or without a delay of all torques, and the BIC fall by that delay.
 
     Squares of n independent residuals that fall by a share make -2 ln of the likelihood fall by -n ln(1 - share).
     """
@@ -216,7 +216,7 @@ def _delays(
 
 
 def _of_positions(equations: Equations, sampled: Sampled, X: Array, quantities: Collection[str]) -> Array:
-    """Return what Y X changes by as quantities of a joint are read later, (joints, rows, n), a second."""
+    """Return derivatives of Y X by the delay of quantities of each joint, per second (joints, rows, n)."""
     motion, period = sampled.motion, sampled.record.period
     every = max(1, sampled.every // 2)
     some = slice(every // 2, None, every)
@@ -234,7 +234,7 @@ def _of_positions(equations: Equations, sampled: Sampled, X: Array, quantities: 
 
 
 def _of_torques(equations: Equations, sampled: Sampled, delay: float) -> Array:
-    """Return what torques of a motor lose as they are read later than by a delay, (motors, rows, n), a second."""
+    """Return derivatives of joint torques by the delay of each motor's torque, per second (motors, rows, n)."""
     slopes = sampled.torques(delay)[1]
     units = np.eye(slopes.shape[1])
     return np.array([-sampled.averages(equations.Y.joint_torques(sampled.motion.q, slopes * unit)) for unit in units])

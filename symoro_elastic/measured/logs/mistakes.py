@@ -63,7 +63,7 @@ Row = Correction[_Log]
 
 
 def _at(k: int | slice, factor: float, columns: int) -> Array:
-    """Return factors of columns, all 1 but at k."""
+    """Return the factors of columns: `factor` at k, 1 elsewhere."""
     factors = np.ones(columns)
     factors[k] = factor
     return factors
@@ -71,7 +71,7 @@ def _at(k: int | slice, factor: float, columns: int) -> Array:
 
 @dataclass(frozen=True)
 class _Columns:
-    """The columns of a log as rows of tau = Y X of a machine, and as they may have been written."""
+    """Columns of a log as rows of tau = Y X of a machine, with and without usual mistakes."""
 
     equations: Equations
     log: _Log
@@ -98,7 +98,7 @@ class _Columns:
 
     @cached_property
     def own_parts(self) -> tuple[float, float, float]:
-        """The `parts` of the log as it is."""
+        """Mean squares of residual, noise and sampling error of the log without correction, as `parts`."""
         return self.parts(self.log)
 
     def residual(self, log: _Log) -> float:
@@ -106,7 +106,7 @@ class _Columns:
         return self._solution(log)[0]
 
     def parts(self, log: _Log) -> tuple[float, float, float]:
-        """Return the mean squares of the relative residual, of its noise, and of its sampling error.
+        """Return the mean squares of the relative residual, of its noise part, and of its sampling error.
 
         White noise through the filter differs from the next sample by 2 (1 - correlation) of its mean square, and has
         as many independent values as its bandwidth allows, less those that parameters explain.
@@ -131,7 +131,7 @@ class _Columns:
         return relative, errors.reshape(tau.shape), columns @ X + fixed
 
     def _gain(self, motor: int, near: float) -> float:
-        """Return the factor with which torques of a motor go with those of the others, rows weighted by one near it."""
+        """Return the gain that fits a motor's torque best to those of the others; rows are weighted for gain `near`."""
         columns, of_motors, fixed = self._own_sides
         torques = of_motors * self.log.tau[:, None, :] * _at(motor, near, len(self._motors))
         other_torques = torques.sum(axis=2) - torques[:, :, motor] - fixed
@@ -143,7 +143,7 @@ class _Columns:
         )
 
     def rows(self) -> Iterator[Row]:
-        """Yield the log without each usual mistake."""
+        """Yield corrected logs, one for each usual mistake."""
         log, n = self.log, len(self._joints)
         yield Correction(
             "positions are in degrees: call their columns q_... [deg]", self._with_scaled(slice(None), math.radians(1))
@@ -213,14 +213,14 @@ class _Columns:
                 yield from (self._zero(k, zero) for zero in ZEROS)
 
     def _zero(self, k: int, zero: float) -> Row:
-        """Return the log with another zero of a joint."""
+        """Return the log with a zero of a joint's position corrected by `zero`."""
         joint = self._joints[k]
         log = replace(self.log, q=self.log.q + zero * (np.arange(len(self._joints)) == k))
         what = f"the zero of q_{joint} is off: add {zero:.3g} rad to it"
         return Correction(what, log, family=f"zero {joint}", number=zero, vary=partial(self._zero, k))
 
     def _before_gear(self, k: int, sign: float, both: bool, logarithm: float) -> Row:
-        """Return the log with a position, perhaps a torque, too, behind a gear instead of before it."""
+        """Return the log with a motor's position, and optionally its torque, converted to the load side of a gear."""
         machine, name, ratio = self.equations.machine, self._joints[k], sign * math.exp(logarithm)
         log = self._with_scaled(k, 1 / ratio)
         if both:
@@ -232,7 +232,7 @@ class _Columns:
         return Correction(what, log, family=f"{columns} {sign}", number=logarithm, vary=vary)
 
     def refit(self, noise: float, row: Row) -> Refit[_Log] | None:
-        """Return a correction with its best number, None where it leaves more of torques than their accuracy.
+        """Return a correction refitted to its best number; None if its residual exceeds the accuracy of torques.
 
         `noise` is the mean square of that of the log, at most what any correction leaves.
         """
@@ -266,7 +266,7 @@ def _best(row: Row, residual: Callable[[_Log], float]) -> Row:
 
 
 def mistakes_of(equations: Equations, records: Sequence[Sampled], estimates: Iterable[Estimate]) -> list[str]:
-    """Return lines on mistakes of columns that explain what this machine cannot do; none where torques fit."""
+    """Return notes on mistakes in columns that explain large residuals; none where the torques fit."""
     longest = max(records, key=lambda sampled: len(sampled.motion.t))
     log = _log_of(longest)
     motions = [*_constant_torques(equations, longest), *(_motions(equations, log) if log else ())]
@@ -288,7 +288,7 @@ def mistakes_of(equations: Equations, records: Sequence[Sampled], estimates: Ite
 
 
 def _log_of(sampled: Sampled) -> _Log | None:
-    """Return samples at which dry friction does not reverse, torques through the filter of positions."""
+    """Return samples without reversals of dry friction, torques through the filter of positions; None if too few."""
     motion, chosen = sampled.motion, sampled.chosen
     counted = np.flatnonzero(sampled.counted.all(axis=1))
     if chosen is None or len(counted) < FEWEST:

@@ -29,7 +29,7 @@ Draws = Callable[[Array], Sequence[Array]]
 
 @dataclass(frozen=True)
 class RowNoise:
-    """What is known of the noise in rows of tau = Y X (rows, n), before their residuals.
+    """Noise in the rows of tau = Y X (rows, n), as determined before their residuals.
 
     Noise of the positions is in Y: `columns` are noises of Y (rows, n, c) of the same law, `repeating` where a motion
     that repeats repeats them, as the staircase of an encoder; `draws` give what many of them make of Y X, where noise
@@ -61,7 +61,7 @@ class RowNoise:
         return replace(self, columns=columns, draws=of_chosen if draws else None)
 
     def without(self, used: Array, Y: Array) -> RowNoise:
-        """Return the noise of rows of Y that are multiplied by 0 or 1 (rows, n)."""
+        """Return the noise of rows of Y of which some are set to zero: `used` is 0 or 1 (rows, n)."""
         draws, columns = self.draws, [D * used[:, :, None] for D in self.columns]
         remaining = None if draws is None else lambda X: [D * used for D in draws(X)]
         correlation = masked_correlation(self.correlation_in(Y), used)
@@ -109,7 +109,7 @@ class Averages:
 
 
 def alike(correlation: Sequence[float], rows: int, joints: int) -> Array:
-    """Return correlations (lags, rows, n) that are the same in all rows: with those 0, 1, 2 ... rows later."""
+    """Return one correlation function for all rows, (lags, rows, n): with those 0, 1, 2 ... rows later."""
     correlations = np.zeros((len(correlation), rows, joints))
     for lag, x in enumerate(correlation):
         correlations[lag, : max(rows - lag, 0)] = x
@@ -152,7 +152,7 @@ class Noise:
         return both if self.torques is None else both + self.torques.correlations(lags)
 
     def of(self, joint: int) -> Noise:
-        """Return the noise that positions make in one joint alone."""
+        """Return the noise that positions cause in the rows of one joint."""
         return Noise(self.density[:, joint : joint + 1, joint : joint + 1], self.rows)
 
     def with_factors(self, factors: Array) -> Noise:
@@ -223,14 +223,14 @@ def residual_noise(
     density = np.zeros((padded_length(rows) // 2 + 1, joints, joints), dtype=complex)
     if positions:
         density += spectral_density(positions, used, repeating)
-        energy = energy - _left_of(Noise(density, rows), Q, used, shares)
+        energy = energy - _remaining_squares(Noise(density, rows), Q, used, shares)
     variance, active = np.zeros(joints), np.flatnonzero(used > 0)
     variance[active] = for_identification("scipy.optimize").nnls(A[np.ix_(active, active)], energy[active])[0]
     return Noise(density, rows, Averages(variance, correlation))
 
 
 def student_factors(Y: Array, correlation: Array) -> Array:
-    """Return by what the standard deviation of scores is larger for the variance of noise is from few rows, (n).
+    """Return factors (n) on standard deviations of scores, since the noise variance is estimated from few rows.
 
     Beside a variance of f degrees of freedom the truth has Student's distribution, whose variance is f / (f - 2) times
     that of the normal one. Columns Y (rows, n, c) take their share of the rows of each joint.
@@ -245,7 +245,7 @@ def student_factors(Y: Array, correlation: Array) -> Array:
 
 
 def correlation_factors(noise: Noise, residuals: Array) -> Array:
-    """Return by what slow noise, or what the model lacks, raises standard deviations of scores, (n).
+    """Return factors (n) by which correlated residuals raise the standard deviations of scores.
 
     Neighbours of residuals (rows, n) are more alike than averages of white noise: by e, as in a first-order process,
     whose mean has sqrt((1 + e) / (1 - e)) times the standard deviation. 1 where e may be chance.
@@ -258,8 +258,8 @@ def correlation_factors(noise: Noise, residuals: Array) -> Array:
     return factors
 
 
-def _left_of(noise: Noise, Q: Array, used: Array, shares: Sequence[Array]) -> Array:
-    """Return what the fit leaves of the squares of a noise, (n)."""
+def _remaining_squares(noise: Noise, Q: Array, used: Array, shares: Sequence[Array]) -> Array:
+    """Return the squares of a noise that remain after the fit, by joint (n)."""
     total = noise.of_scores(Q)
     own = [float(np.trace(noise.of(j).of_scores(Q[:, [j]]))) for j in range(len(used))]
     fitted = [float((total * B).sum()) for B in shares]

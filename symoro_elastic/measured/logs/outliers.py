@@ -111,7 +111,7 @@ def spikes_of(x: Array, slow: Array) -> tuple[Array, BoolArray]:
 
 
 def _deviation(x: Array) -> float:
-    """Return the standard deviation of noise by a quantile."""
+    """Return the standard deviation of noise, from a quantile of its absolute values."""
     return float(np.quantile(np.abs(x), QUIET)) / NormalDist().inv_cdf((1 + QUIET) / 2)
 
 

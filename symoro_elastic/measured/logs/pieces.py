@@ -38,7 +38,7 @@ def filter_of(records: Sequence[Measurements], motors: Sequence[int], bandwidth:
 
 
 def in_pieces(record: Measurements, chosen: Filter | None) -> list[Measurements]:
-    """Return the pieces of a record that are long enough for an average, with a line on gaps and what is used.
+    """Return the pieces of a record that are long enough for an average, with notes on gaps and the samples in use.
 
     Gaps of up to a tenth of the window are bridged: positions there are interpolated for the filter. Raises
     `InputError` where no piece is long enough.
@@ -68,7 +68,7 @@ def _refuse_rest(records: Sequence[Measurements], chosen: Filter) -> None:
 
 
 def _notes(record: Measurements, every: Sequence[Measurements], used: Sequence[Measurements], gaps: str) -> list[str]:
-    """Return lines on gaps, and on the steps of uneven sampling."""
+    """Return notes on gaps, and on the steps of uneven sampling."""
     lines = []
     share = 100 * sum(float(np.ptp(piece.t)) for piece in used) / float(np.ptp(record.t))
     if len(every) > 1:
@@ -91,8 +91,8 @@ def _notes(record: Measurements, every: Sequence[Measurements], used: Sequence[M
 def refuse_amount(
     pieces_of_records: Sequence[Sequence[Measurements]], chosen: Filter | None, parameters: int, may_be_few: bool
 ) -> None:
-    """Raise `InputError` for records at rest, for too few equations, unless they may be few, and for those that have no
-    room; those with both twins of noise count."""
+    """Raise `InputError` for records at rest, with too few equations unless `may_be_few`, or with more equations than
+    memory has room for, those of both noise records included."""
     records = [piece for pieces in pieces_of_records for piece in pieces]
     source, rows = records[0].source, sum(record.q.size for record in records)
     if chosen:

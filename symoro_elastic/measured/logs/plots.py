@@ -31,7 +31,7 @@ FEWEST = 16  # fewest samples of a spectrum
 
 @figures_of.register
 def _(result: Identification) -> dict[str, Plot | str]:
-    """Return torques, residuals, spectra and parameters."""
+    """Return the plots of an identification: torques, residuals, spectra and parameters."""
     joints = _panels(len(result.machine.independent_joints))
     size = (8.0, 1.2 + 1.5 * len(joints))
     name, count = result.machine.name, len(joints)
@@ -55,7 +55,7 @@ def _(result: Identified) -> dict[str, Plot | str]:
 
 @figures_of.register
 def _(found: ExcitingTrajectory) -> dict[str, Plot | str]:
-    """Return trajectory and search."""
+    """Return the plots of an exciting trajectory: the motion and the search."""
     count = len(_panels(len(found.machine.motor_joints), 6))
     some = "" if count == len(found.machine.motor_joints) else f"; the first {count} motors"
     title = f"{found.machine.name}: exciting motion and its limits{some}"
@@ -184,7 +184,7 @@ def _used_rows(result: Identification, k: int) -> Any:
 
 
 def _sides(result: Identification, k: int, joint: Joint) -> tuple[Any, Any]:
-    """Return both sides of the equation of joint k; without a motor, springs and dampers against the rest."""
+    """Return both sides of joint k's equation; without a motor, springs and dampers against the remaining terms."""
     predicted = result.estimation.solution.predicted[:, k]
     if joint.kind is Kind.MOTOR:
         return result.tau[:, k], predicted

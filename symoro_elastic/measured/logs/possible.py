@@ -57,7 +57,7 @@ TRUSTED = (
 
 @dataclass(frozen=True)
 class Linear:
-    """Parameters that torques depend on: columns of the regressor, those that are sought and how they are grouped,
+    """Parameters of the linear torque equations: regressor columns, those that are estimated, their grouping, and the
     values of the others."""
 
     columns: Sequence[RegressorColumn]
@@ -68,8 +68,8 @@ class Linear:
 
 @dataclass(frozen=True)
 class Data:
-    """Rows (rows, n, unknowns), their left sides (rows, n), what a unit of each column of the regressor exerts at most
-    on each joint (n, columns), whether rows are too few for least squares alone."""
+    """Data of the fit: rows (rows, n, unknowns), torques (rows, n), largest torque by a unit of each regressor column
+    on each joint (n, columns), and whether rows are too few for least squares alone."""
 
     Y: Array
     tau: Array
@@ -83,14 +83,14 @@ class Data:
         return np.where(largest > 0, largest, float(np.median(largest[largest > 0])) if largest.any() else 1.0)
 
     def alone(self, c: int, alike: Sequence[int] = ()) -> float:
-        """Return the value of column c whose torque would be the largest one of its joint, at a share of what the
-        equal columns exert, at least."""
+        """Return the value of parameter c that alone causes the largest torque of its joint; its torque per unit is
+        taken as at least a fraction of that of the equal columns `alike`."""
         row = int(np.argmax(self.exerted[:, c]))
         most = float(self.exerted[:, list(alike)].max(initial=0.0))
         return float(self.largest[row]) / (max(float(self.exerted[row, c]), SLOWEST * most) or 1.0)
 
     def sizes(self, U: Array, sigma: Array) -> tuple[float, Array]:
-        """Return residuals of groups U in per cent of torques, rows weighted, and by joint (n)."""
+        """Return residuals with parameters U in per cent of torques, rows weighted: of all joints, and by joint (n)."""
         remaining, total = (((x / sigma) ** 2).sum(axis=0) for x in (self.tau - self.Y @ U, self.tau))
         percent = 100 * np.sqrt(remaining / np.where(total > 0, total, np.inf))
         return float(100 * np.sqrt(remaining.sum() / total.sum())), percent
@@ -98,7 +98,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Possible:
-    """Values of all parameters by row of the table and quantity, standard deviations of the estimates with the file
+    """Physically consistent values by row of the table and quantity, standard deviations of estimates with the file
     (NaN without trust in it), the misfit over that of least squares (chi squared), and notes."""
 
     trust: float
@@ -115,7 +115,7 @@ class Possible:
 def made_possible(
     machine: Machine, linear: Linear, data: Data, estimation: Estimation, trust: float
 ) -> tuple[Estimation, Possible]:
-    """Return the estimation with values that bodies can have, and these.
+    """Return the estimation with physically consistent values, and the bodies with these.
 
     Standard deviations from data stay as least squares gives them; verdicts judge the values by them. Raises
     `InputError` for known values that no body has.
@@ -137,7 +137,7 @@ def made_possible(
 
 @dataclass(frozen=True)
 class _Start:
-    """Parameters x, ten for a body, positive scalars, free ones, and their values in the file."""
+    """Unknowns of the physically consistent fit, and their initial values: bodies, positive scalars, free values."""
 
     machine: Machine
     linear: Linear
@@ -146,7 +146,7 @@ class _Start:
 
     @cached_property
     def places(self) -> dict[tuple[int, str], int]:
-        """Columns of the regressor by row of the table and quantity."""
+        """Numbers of regressor columns by row of the table and quantity."""
         return {(column.row, column.quantity): c for c, column in enumerate(self.linear.columns)}
 
     @cached_property
@@ -156,27 +156,27 @@ class _Start:
 
     @cached_property
     def scalars(self) -> list[int]:
-        """Columns of scalars that are positive."""
+        """Numbers of regressor columns of positive scalars, such as friction and stiffness."""
         return [c for c in self.linear.sought if self.linear.columns[c].quantity in GUESSES]
 
     @cached_property
     def neutral(self) -> list[int]:
-        """Columns of K q0, which may be negative."""
+        """Numbers of regressor columns of K q0, which may be negative."""
         return [c for c in self.linear.sought if self.linear.columns[c].quantity == "KQ"]
 
     @cached_property
     def order(self) -> list[int]:
-        """Columns of x; those of sensors follow."""
+        """Numbers of regressor columns in the order of x; sensor terms follow them."""
         bodies = [self.places[j, name] for j in self.rows for name in INERTIAL]
         return [*bodies, *self.scalars, *self.neutral]
 
     @property
     def sensors(self) -> list[Unknown]:
-        """Offsets and the delay."""
+        """Sensor terms among the unknowns: offsets and the delay."""
         return list(self.unknowns[len(self.linear.structure.kept) :])
 
     def groups(self) -> Array:
-        """Return P of U = P x."""
+        """Return the matrix P of base parameters U = P x."""
         structure, own = self.linear.structure, {c: k for k, c in enumerate(self.order)}
         P = np.zeros((len(self.unknowns), len(own) + len(self.sensors)))
         for k, column in enumerate(structure.kept):
@@ -188,7 +188,7 @@ class _Start:
 
     @cached_property
     def _bodies(self) -> list[tuple[Array, bool]]:
-        """Bodies of the file, and whether no body has these values."""
+        """Pseudo-inertias of the file's bodies, made physically consistent, and whether they had to be changed."""
         of_file = {j: np.array([self._of_file(self.places[j, name]) for name in INERTIAL]) for j in self.rows}
         masses = [x[-1] for x in of_file.values() if x[-1] > 0]
         mass = float(np.median(masses)) if masses else 1.0
@@ -198,10 +198,10 @@ class _Start:
         return self.linear.known.get(c, self.linear.columns[c].value)
 
     def prior(self, lam: float) -> Prior:
-        """Return bodies, scalars and free values of the file."""
+        """Return the prior of bodies, scalars and free values, from the values of the file."""
         columns = self.linear.columns
         of_file = [columns[c].value for c in self.scalars]
-        guessed = [GUESSES[columns[c].quantity] * self.data.alone(c, self._alike(c)) for c in self.scalars]
+        guessed = [GUESSES[columns[c].quantity] * self.data.alone(c, self._columns_like(c)) for c in self.scalars]
         scalars = [x if x > 0 else other for x, other in zip(of_file, guessed, strict=True)]
         weights = [1.0 if x > 0 else min(1.0, 1 / (4 * TRUST_OF_SHORT**2 * lam)) for x in of_file]
         neutral = [float(np.nan_to_num(columns[c].value)) for c in self.neutral]
@@ -213,15 +213,15 @@ class _Start:
         deviations = np.array([*neutral_sizes, *of_sensors])
         return Prior(bodies, np.array(scalars), np.array(weights), free, deviations, np.array(by_lam, dtype=bool))
 
-    def _alike(self, c: int) -> list[int]:
-        """Return columns of the same law of other motors."""
+    def _columns_like(self, c: int) -> list[int]:
+        """Return the columns of other motors with the same quantity as column c."""
         own, columns = self.linear.columns[c], self.linear.columns
         if own.quantity not in OF_MOTORS:
             return []
         return [k for k, x in enumerate(columns) if (x.quantity, x.unit) == (own.quantity, own.unit)]
 
     def nearest(self, A: Array, b: Array, lam: float) -> tuple[Nearest, dict[tuple[int, str], float]]:
-        """Return what is nearest to rows A x = b and the file, and all values.
+        """Return the consistent values nearest to rows A x = b and to the file, and all values by row and quantity.
 
         Bodies without room in rounded numbers are nearer to the file. Raises `InputError` where known ones leave none.
         """
@@ -240,14 +240,14 @@ class _Start:
             lam *= STEEPER
 
     def _deviation(self, k: int, unknown: Unknown) -> float:
-        """Return the standard deviation that an offset, or a delay, has before data."""
+        """Return the prior standard deviation of an offset or a delay."""
         column = self.data.Y[:, :, len(self.linear.structure.kept) + k]
         row = int(np.abs(column).max(axis=0).argmax())
         size = float(self.data.largest[row]) / (float(np.abs(column[:, row]).max()) or 1.0)
         return OFFSETS * size if unknown.quantity == OFFSET and self.data.is_short else size
 
     def pins(self) -> tuple[Array, Array]:
-        """Return rows that hold known values of bodies."""
+        """Return rows A x = b that fix the known values of bodies."""
         fixed = [(k, c) for k, c in enumerate(self.order) if c in self.linear.known]
         rows, right = np.zeros((len(fixed), len(self.order) + len(self.sensors))), np.zeros(len(fixed))
         sizes = _sizes([J for J, _ in self._bodies])
@@ -257,12 +257,12 @@ class _Start:
         return rows, right
 
     def values(self, x: Array) -> dict[tuple[int, str], float]:
-        """Return the values of all parameters by row of the table and quantity, known ones as they are given."""
+        """Return the values of all parameters by row of the table and quantity, with fixed values unchanged."""
         values = dict(zip(self.order, x.tolist(), strict=False)) | dict(self.linear.known)
         return {key: values[c] for key, c in self.places.items()}
 
     def notes(self, is_trusted: bool) -> list[str]:
-        """Return remarks on the record and the file, which has been given trust or not."""
+        """Return notes on a short record, and on file values that are not physically consistent or not positive."""
         changed = [self.machine.joint(j).name for j, (_, is_new) in zip(self.rows, self._bodies, strict=True) if is_new]
         columns = self.linear.columns
         guessed = [columns[c].label for c in self.scalars if not columns[c].value > 0]
@@ -277,7 +277,7 @@ class _Start:
 
 
 def _with_mass(x: Array, mass: float) -> Array:
-    """Return parameters of a body with a ball in place of what is not known (NaN)."""
+    """Return parameters of a body with those of a ball in place of unknown values (NaN)."""
     x = x.copy()
     x[-1] = mass if math.isnan(x[-1]) else x[-1]
     x[6:9] = np.nan_to_num(x[6:9])
@@ -289,7 +289,7 @@ def _with_mass(x: Array, mass: float) -> Array:
 
 
 def _sizes(bodies: Sequence[Array]) -> Array:
-    """Return how large inertias, moments and masses of bodies are, ten each."""
+    """Return typical sizes of inertias, first moments and masses of bodies, ten for each body."""
     traces = [(float(np.trace(J[:3, :3])), J[3, 3]) for J in bodies]
     return np.array([x for s, m in traces for x in (*[s] * 6, *[math.sqrt(s * m)] * 3, m)])
 
@@ -300,7 +300,7 @@ def _bodies(values: Mapping[tuple[int, str], float]) -> dict[int, Array]:
 
 
 def _of_data(estimation: Estimation) -> tuple[Array, Array]:
-    """Return rows R Q and R X of unit deviation: Q maps unknowns to base parameters, R^T R = C^-1."""
+    """Return rows R Q and R X of unit standard deviation: Q maps unknowns to base parameters, R^T R = C^-1."""
     solution, grouping = estimation.solution, estimation.grouping
     Q = np.zeros((len(grouping.kept), len(estimation.estimates)))
     Q[np.arange(len(grouping.kept)), list(grouping.kept)] = 1.0
@@ -326,14 +326,14 @@ def _with_values(estimation: Estimation, U: Array, data: Data) -> Estimation:
 
 
 def _verdict_of(e: Estimate) -> Estimate:
-    """Return an estimate that is poor where its standard deviation from data is large compared with its value."""
+    """Return an estimate, with verdict "poor" if its standard deviation from data is large against its value."""
     if e.verdict is not Verdict.IDENTIFIED or is_identified(e.value, e.std):
         return e
     return replace(e, verdict=Verdict.POOR, reason="; ".join(filter(None, ["the file decides it", e.reason])))
 
 
 def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: int) -> list[str]:
-    """Return a line on what possible bodies cost, and a line where that exceeds chance, which few rows do not show."""
+    """Return notes on the residuals with physical consistency, and whether their increase exceeds chance."""
     own, sigma = np.zeros(len(U)), estimation.solution.sigma
     own[list(estimation.grouping.kept)] = estimation.solution.X
     (before, own_each), (after, each) = data.sizes(own, sigma), data.sizes(U, sigma)
@@ -350,7 +350,7 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, freedom: 
 
 
 def _of_deviations(estimation: Estimation, with_file: Array, trust: float) -> list[str]:
-    """Return what standard deviations mean."""
+    """Return notes on the meaning of the standard deviations."""
     if not math.isfinite(trust):
         return ["standard deviations are those of least squares, which are conservative here"]
     pairs = zip(estimation.estimates, with_file.tolist(), strict=True)

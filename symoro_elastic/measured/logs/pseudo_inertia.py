@@ -66,7 +66,7 @@ def inertial_parameters(J: Array) -> Array:
 
 
 def lifted(J: Array, mass: float) -> tuple[Array, bool]:
-    """Return the nearest pseudo-inertia that a body can have, and whether it is another one.
+    """Return the nearest physically consistent pseudo-inertia, and whether it differs from J.
 
     Eigenvalues are compared with lengths over the radius of gyration. A body without mass has `mass`.
     """
@@ -87,8 +87,8 @@ def lifted(J: Array, mass: float) -> tuple[Array, bool]:
 
 @dataclass(frozen=True)
 class Prior:
-    """Bodies J0 (B, 4, 4) > 0; scalars x0 (S) > 0, and weights of their barrier over lam (S); free values x0 (F), their
-    standard deviations (F), which are over lam^1/2 where `by_lam` (F). Parameters are ten of each body, then these."""
+    """Prior: bodies J0 (B, 4, 4) > 0; scalars x0 (S) > 0, and weights of their barrier over lam (S); free values x0 (F)
+    and their deviations (F), which are over lam^1/2 where `by_lam` (F). Parameters are ten of each body, then these."""
 
     bodies: Array
     scalars: Array
@@ -100,7 +100,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class Nearest:
-    """x of least cost, the inverse Hessian there, the part of the cost that data have."""
+    """Minimizer x of the cost, the inverse Hessian there, and the data's part of the cost."""
 
     x: Array
     covariance: Array
@@ -109,7 +109,7 @@ class Nearest:
 
 @dataclass(frozen=True)
 class _Point:
-    """Factors F (B, 4, 4) of bodies, scalars (S), free values (F)."""
+    """A point in the interior: factors F (B, 4, 4) of pseudo-inertias, positive scalars (S), free values (F)."""
 
     factors: Array
     scalars: Array
@@ -117,12 +117,12 @@ class _Point:
 
     @property
     def x(self) -> Array:
-        """All parameters."""
+        """Inertial parameters of bodies, scalars and free values in one vector."""
         bodies = inertial_parameters(self.factors @ self.factors.transpose(0, 2, 1)).ravel()
         return np.concatenate([bodies, self.scalars, self.free])
 
     def slopes(self) -> Array:
-        """Return dx by the local coordinates: those of S, relative changes of scalars, changes of free values."""
+        """Return derivatives of x by the local coordinates: S, relative changes of scalars, changes of free values."""
         bodies = len(self.factors)
         size = 10 * bodies + len(self.scalars) + len(self.free)
         T = np.zeros((size, size))
@@ -133,20 +133,20 @@ class _Point:
         return T
 
     def split(self, step: Array) -> tuple[Array, Array, Array]:
-        """Return S (B, 4, 4), relative changes of scalars, changes of free values."""
+        """Return a step as S (B, 4, 4), relative changes of scalars, and changes of free values."""
         bodies, scalars = len(self.factors), len(self.scalars)
         S = np.einsum("ja,aik->jik", step[: 10 * bodies].reshape(bodies, 10), BASIS)
         return S, step[10 * bodies : 10 * bodies + scalars], step[10 * bodies + scalars :]
 
     def moved(self, step: Array) -> _Point:
-        """Return the point after a step that stays inside."""
+        """Return the point after a step that stays in the interior."""
         S, scalars, free = self.split(step)
         factors = self.factors @ np.linalg.cholesky(np.eye(4) + S) if len(S) else self.factors
         return _Point(factors, self.scalars * (1 + scalars), self.free + free)
 
 
 def nearest(prior: Prior, A: Array, b: Array, lam: float) -> Nearest:
-    """Return the parameters of least cost for rows A x = b of unit deviation, by a path of lam from large ones.
+    """Return the minimizer for rows A x = b of unit deviation, following a path of decreasing lam.
 
     Where lam is large they are the prior's: Newton's method starts there. From one lam to the next the way is short,
     or Newton's steps go along the boundary, a few lam of cost each.
@@ -165,8 +165,8 @@ def nearest(prior: Prior, A: Array, b: Array, lam: float) -> Nearest:
 
 
 def _newton_minimum(prior: Prior, A: Array, b: Array, lam: float, point: _Point) -> tuple[_Point, bool]:
-    """Return the point of least cost by Newton's steps, shortened until they stay inside and the cost falls, and
-    whether few were enough."""
+    """Return the minimum of the cost by Newton's method with steps that stay in the interior and lower the cost, and
+    whether it has converged in few steps."""
     for _ in range(NEWTONS):
         step = _Step(prior, A, b, lam, point)
         size = step.size()
@@ -178,7 +178,7 @@ def _newton_minimum(prior: Prior, A: Array, b: Array, lam: float, point: _Point)
 
 @dataclass(frozen=True)
 class _Step:
-    """Newton's step from a point."""
+    """Newton's step on the cost of data and prior from a point."""
 
     prior: Prior
     A: Array
@@ -188,18 +188,18 @@ class _Step:
 
     @cached_property
     def residual(self) -> Array:
-        """A x - b."""
+        """Residual A x - b at the point."""
         residual: Array = self.A @ self.point.x - self.b
         return residual
 
     @cached_property
     def local(self) -> Array:
-        """Rows by local coordinates."""
+        """Derivatives of the residual by local coordinates."""
         return self.A @ self.point.slopes()
 
     @cached_property
     def of_prior(self) -> tuple[Array, Array]:
-        """Gradient of the prior without the logarithms, and its Hessian with them (diagonal)."""
+        """Gradient of the prior without its logarithms, and Hessian with them (diagonal)."""
         prior, point = self.prior, self.point
         weights, free = self.lam * prior.weights, np.where(prior.by_lam, self.lam, 1.0) / prior.deviations**2
         inside = point.factors.transpose(0, 2, 1) @ np.linalg.solve(prior.bodies, point.factors)
@@ -209,37 +209,37 @@ class _Step:
 
     @property
     def _of_logarithms(self) -> Array:
-        """Gradient of -lam ln det(1 + S) and -w ln(1 + s)."""
+        """Gradient of the logarithms -lam ln det(1 + S) and -w ln(1 + s)."""
         traces = np.einsum("aii->a", BASIS)
         bodies, weights = len(self.point.factors), self.lam * self.prior.weights
         return -np.concatenate([self.lam * np.tile(traces, bodies), weights, np.zeros(len(self.prior.free))])
 
     @cached_property
     def gradient(self) -> Array:
-        """Gradient of the cost by local coordinates, without that of data."""
+        """Gradient of the prior, its logarithms included, by local coordinates."""
         gradient: Array = self.of_prior[0] + self._of_logarithms
         return gradient
 
     @cached_property
     def factored(self) -> tuple[Array, Array]:
-        """Q and R of the rows that the Hessian is the square of."""
+        """Factors Q and R of the rows J with Hessian J^T J."""
         Q, R = np.linalg.qr(np.concatenate([self.local, np.diag(np.sqrt(self.of_prior[1]))]))
         return Q, R
 
     @cached_property
     def direction(self) -> Array:
-        """Newton's step, of least squares."""
+        """Newton's step in local coordinates, by least squares."""
         Q, R = self.factored
         right = np.concatenate([-self.residual, -self.gradient / np.sqrt(self.of_prior[1])])
         return np.linalg.solve(R, Q.T @ right)
 
     @cached_property
     def fall(self) -> float:
-        """Initial fall of the cost for a unit step: twice that of a parabola."""
+        """Negative slope of the cost along Newton's step: twice the fall that a parabola predicts."""
         return float((self.factored[1] @ self.direction) @ (self.factored[1] @ self.direction))
 
     def size(self) -> float:
-        """Return the part of the step at which the cost has fallen enough."""
+        """Return the fraction of the step at which the cost has fallen enough."""
         S, scalars, _ = self.point.split(self.direction)
         sigma = np.concatenate([np.linalg.eigvalsh(S).ravel() if len(S) else np.zeros(0), scalars])
         weights = np.concatenate([np.full(4 * len(S), self.lam), self.lam * self.prior.weights])

@@ -21,9 +21,9 @@ NEGLIGIBLE = 0.1  # of a standard deviation: differences of estimates that are o
 
 @dataclass(frozen=True, repr=False)
 class Identification(Result):
-    """What was found: the estimation, the rows it used (t, tau measured, averages), the filter, notes, what springs
-    and dampers exert by the estimates (rows, n), neutral positions and their standard deviations, and the estimation by
-    driven joints alone where noise hides what the others determine."""
+    """Identification result: the estimation, the rows it used (t, tau measured, averages), the filter, notes, torques
+    of springs and dampers by the estimates (rows, n), neutral positions with standard deviations, and the estimation by
+    driven joints alone where noise hides the parameters of the others."""
 
     equations: Equations
     estimation: Estimation
@@ -40,12 +40,12 @@ class Identification(Result):
 
     @property
     def machine(self) -> Machine:
-        """The machine, with the values of its file."""
+        """The machine, with the values of its file, not the estimates."""
         return self.equations.machine
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """One for each parameter or group."""
+        """Estimates, one for each parameter or group."""
         return self.estimation.estimates
 
     @property
@@ -61,7 +61,7 @@ class Identification(Result):
 
 
 def agree(fewer: Identification, more: Identification) -> bool:
-    """Return whether estimates from more samples are those from fewer but for chance (Hausman 1978).
+    """Whether estimates from fewer and from more samples differ by no more than chance (Hausman 1978).
 
     By the larger standard deviations of fewer samples, on the level of all parameters together.
     """

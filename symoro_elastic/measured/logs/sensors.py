@@ -43,8 +43,8 @@ Torques = Callable[[float], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Columns:
-    """Rows to be explained: Y (rows, n, c) of the machine, columns of offsets (rows, n, motors), left sides by delay,
-    noise in rows, sampling period and period of the fastest motion in s."""
+    """Equations of a log: Y (rows, n, c) of the machine, columns of torque offsets (rows, n, motors), torques as a
+    function of delay, noise in rows, sampling period and period of the fastest motion in s."""
 
     Y: Array
     offsets: Array
@@ -71,7 +71,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class Sensors:
-    """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
+    """Sensor terms to estimate: torque offsets of motors (0-based among motors), and whether a delay of torques,
     whose column is linear about `delay` s. `undetermined` are motors whose offset the motion does not
     distinguish from gravity, with its assumed standard deviation.
     """
@@ -82,7 +82,7 @@ class Sensors:
     undetermined: Mapping[int, float] = field(default_factory=dict)
 
     def doubts(self, columns: Columns) -> list[Array]:
-        """Return left sides (rows, n) of one standard deviation of offsets that the motion does not determine."""
+        """Return torque errors (rows, n) by one standard deviation of each offset that the motion cannot determine."""
         return [s * columns.offsets[:, :, m] for m, s in self.undetermined.items()]
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
@@ -102,12 +102,12 @@ class Sensors:
 
 
 def shows(e: Estimate) -> bool:
-    """Return whether an estimate is not zero by more than chance."""
+    """Whether an estimate differs from zero by more than chance."""
     return abs(e.value) > SIGNIFICANT * e.std
 
 
 def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
-    """Return which offsets are sought, and whether a delay, by data where so asked."""
+    """Return the sensor terms to estimate: offsets and a delay, as requested or where data require them."""
     motors = [] if offsets == NEVER else list(range(columns.offsets.shape[2]))
     if delay == NEVER:
         return _sensors(columns, motors, offsets, None)
@@ -118,13 +118,13 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
 
 
 def sensors_of_short_record(columns: Columns, offsets: str, delay: str) -> Sensors:
-    """Return what is sought where rows are too few to show it: offsets, which are small, and no delay unless always."""
+    """Return the sensor terms of a short record: all offsets unless never, and a delay only if always."""
     motors = () if offsets == NEVER else tuple(range(columns.offsets.shape[2]))
     return Sensors(motors, delay == ALWAYS)
 
 
 def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | None) -> Sensors:
-    """Return the offsets to estimate together with a delay."""
+    """Return the sensor terms with this delay: offsets to estimate, and those that cannot be determined."""
     tau, slope = columns.torques(delay or 0.0)
     estimated, undetermined = _offsets(columns, motors, None if delay is None else slope, tau, seek)
     return Sensors(estimated, delay is not None, delay or 0.0, undetermined)
@@ -151,7 +151,7 @@ def delay_of(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | N
 def _offsets(
     columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str
 ) -> tuple[tuple[int, ...], dict[int, float]]:
-    """Return the motors whose offsets are estimated, and usual offsets of motors where gravity hides them.
+    """Return the motors whose offsets are estimated, and assumed offsets of motors where gravity hides them.
 
     One that does not show may be there all the same, as large as some of its standard deviations, and pulls parameters
     with which it is correlated by as many of theirs: it is left out only where it pulls none. Sensors of a machine are
@@ -179,7 +179,7 @@ def _offsets(
 
 
 def _estimated_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
-    """Return offsets by motor, where they are independent of all else."""
+    """Return estimated offsets by motor, of those whose columns are linearly independent."""
     own = columns.Y.shape[2]
     independent, solution = columns.solution(motors, slope, tau)
     places = {m: independent.index(own + k) for k, m in enumerate(motors) if own + k in independent}
@@ -208,7 +208,7 @@ def notes_on_sensors(estimation: Estimation, sensors: Sensors, machine: Machine)
 
 
 def _of_offset(e: Estimate) -> str:
-    """Return whether an offset shows that is sought with the parameters."""
+    """Return a note on an estimated offset: its value, or the bound below which it cannot be excluded."""
     if shows(e):
         what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
         return f"{what}: sought with the parameters"

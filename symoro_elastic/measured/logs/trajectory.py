@@ -77,7 +77,7 @@ def limits_of(machine: Machine, options: Mapping[str, Mapping[str, tuple[float, 
 
 
 def _of_machine(limits: of_joints.Limits, quantity: str) -> dict[str, tuple[float, float]]:
-    """Return the limits of a quantity by joint; those of rates either way, as far as both ways go."""
+    """Return the limits of a quantity by joint; of rates, the smaller of both directions, symmetric."""
     by_joint = {name: getattr(limit, quantity) for name, limit in limits.joints.items()}
     ranges = {name: limit for name, limit in by_joint.items() if limit is not None}
     if quantity == of_joints.LIMITED[0]:
@@ -114,7 +114,7 @@ def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int, mot
 
 
 def _refuse_long(seconds: float, rate: float, motors: int) -> None:
-    """Raise `InputError` for a trajectory that no file has room for."""
+    """Raise `InputError` for a trajectory with more samples than a file may have."""
     samples, way_out = seconds * rate, "fewer periods, or a lower rate"
     if samples > MOST_SAMPLES:
         what = f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0e} is the limit: {way_out}"
@@ -125,7 +125,7 @@ def _refuse_long(seconds: float, rate: float, motors: int) -> None:
 
 @dataclass(frozen=True)
 class MotorRange:
-    """What a motor reaches in a trajectory, its limits, and centre and coefficients of its series; SI units."""
+    """Ranges of a motor in a trajectory, its limits, and centre and coefficients of its series; SI units."""
 
     name: str
     position: tuple[float, float]
@@ -153,7 +153,7 @@ class ExcitingTrajectory(Result):
 
     @property
     def motors(self) -> tuple[MotorRange, ...]:
-        """What each motor reaches of its limits."""
+        """Range of each motor in the trajectory, with its limits."""
         q, qd, qdd = self.sampled.q, np.abs(self.sampled.qd), np.abs(self.sampled.qdd)
         limits, motion = self.limits, self.best.motion
         torque = limits.torque or (None,) * len(limits.low)
@@ -188,7 +188,7 @@ class ExcitingTrajectory(Result):
         return Path(path)
 
     def save(self, path: str | Path) -> None:
-        """Write the file of `write`, with the permission in force; raises `InputError`."""
+        """Write the file of `write`, replacing an existing file if permitted; raises `InputError`."""
         units = {"t": "s"}
         for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
             units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in self.machine.motor_joints}

@@ -20,8 +20,8 @@ from symoro_elastic.measured.logs.result import Identification
 
 @dataclass(frozen=True)
 class Fit:
-    """Residuals of what motors exert in a record, by the joint that moves: root mean square (N m or N), and in per cent
-    of that of the torques that the sought parameters explain. Both are of averages over windows.
+    """Torque residuals of a record by joint: root mean square (N m or N), and in per cent of that of the torques
+    that the estimated parameters explain. Both are of averages over windows.
 
     `counted` is the share of samples in them, in per cent: dry friction does not reverse there. `sample_percent` is of
     every sample, with noise of torques, at rest and at reversals, too; `band_percent` of every sample, both sides
@@ -38,12 +38,12 @@ class Fit:
 
 
 def own_fit(result: Identification) -> Fit:
-    """Return how well the estimates explain the records that they are from."""
+    """Return the residuals of the estimates in the records from which they were identified."""
     return _fit(result.machine, result.tau, result.estimation.solution.residuals, "residuals")
 
 
 def validation_of(result: Identification, record: Measurements) -> Fit:
-    """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
+    """Return the residuals of the estimates in another record. Raises `InputError` where it is too short."""
     chosen = filter_of([record], (), result.filter.motion) if result.filter else None
     sampled = [result.equations.sample(piece, chosen) for piece in in_pieces(record, chosen)]
     tau, residual = (np.concatenate(x) for x in zip(*(_of_averages(result, some) for some in sampled), strict=True))
@@ -59,7 +59,7 @@ def validation_of(result: Identification, record: Measurements) -> Fit:
 
 
 def _of_averages(result: Identification, sampled: Sampled) -> tuple[Array, Array]:
-    """Return averages of the torques that estimated parameters explain, and of their residuals, (rows, n)."""
+    """Return averages of the torques to be explained, and of their residuals, (rows, n)."""
     rows = result.equations.rows(sampled)
     tau = result.equations.torques(sampled, result.delay)[0] - rows.given
     of_laws = _of_laws(result, sampled.motion.part(slice(None)))
@@ -69,7 +69,7 @@ def _of_averages(result: Identification, sampled: Sampled) -> tuple[Array, Array
 
 
 def _of_samples(result: Identification, sampled: Sampled) -> tuple[Array, ...]:
-    """Return which samples counted, residuals and torques of every sample, and both in the band, (N, n)."""
+    """Return which samples count, residuals and torques of all samples, and both low-pass filtered, (N, n)."""
     motion, equations = sampled.motion, result.equations
     late = equations.Y.joint_torques(motion.q, sampled.torques(result.delay)[0])
     residual, torque = np.zeros_like(late), np.zeros_like(late)

@@ -34,14 +34,14 @@ SPRINGS_FOLLOW = 4.0
 
 
 def with_file(result: Identification) -> dict[str, float]:
-    """Return standard deviations with the prior of the file by label; empty without a prior."""
+    """Return standard deviations that include the prior of the file, by label; empty without a prior."""
     if result.possible is None or not math.isfinite(result.possible.trust):
         return {}
     return {e.unknown.label: x for e, x in zip(result.estimates, result.possible.with_file, strict=True)}
 
 
 def _bodies(result: Identification) -> dict[str, dict[str, float]]:
-    """Return parameters of possible bodies by name of the joint."""
+    """Return parameters of the physically consistent bodies by name of the joint."""
     bodies: dict[str, dict[str, float]] = {}
     for (row, quantity), x in result.possible.values.items() if result.possible else ():
         bodies.setdefault(result.machine.joint(row).name, {})[quantity] = x
@@ -85,7 +85,7 @@ def _(result: Identified) -> list[Part]:
 
 
 def _parts(result: Identification, fits: Sequence[Fit]) -> list[Part]:
-    """Return the table of parameters, neutral positions, residuals and notes."""
+    """Return the table of parameters, and the lists of neutral positions, residuals and notes."""
     nominal = {e.unknown.label: e.unknown.nominal for e in result.estimates if not math.isnan(e.unknown.nominal)}
     estimates = table(result, nominal or None, "file")
     residuals = [line for fit in fits for line in _residuals(fit, result.machine)]
@@ -180,7 +180,7 @@ def _range(limits: tuple[float, float]) -> str:
 
 @parts_of.register
 def _(found: ExcitingTrajectory) -> list[Part]:
-    """Return the table of what is reached of the limits, and sentences about the parameters it excites."""
+    """Return the table of motor ranges and limits, and sentences about the excited parameters."""
     best, sampled = found.best, found.sampled
     friction = [label for label in best.columns if label.startswith(("FV", "FS"))]
     return [
@@ -210,7 +210,7 @@ def _torques(trajectory: ExcitingTrajectory) -> list[str]:
 
 
 def _near_springs(best: Excitation) -> list[str]:
-    """Return a line where springs do not follow the motion quasi-statically."""
+    """Return a warning where the motion is too fast for springs to follow quasi-statically."""
     fastest = best.motion.frequency * best.motion.a.shape[1]
     if SPRINGS_FOLLOW * fastest <= best.natural:
         return []
@@ -222,7 +222,7 @@ def _near_springs(best: Excitation) -> list[str]:
 @arrays_of.register
 @columns_of.register
 def _(found: ExcitingTrajectory) -> dict[str, Array]:
-    """Return t, q_<motor>, qd_<motor>, qdd_<motor>, a row a sample."""
+    """Return t, q_<motor>, qd_<motor>, qdd_<motor>, one row per sample."""
     sampled, names = found.sampled, [joint.name for joint in found.machine.motor_joints]
     blocks = (("q", sampled.q, names), ("qd", sampled.qd, names), ("qdd", sampled.qdd, names))
     return writing.columns_of(sampled.t, *blocks)

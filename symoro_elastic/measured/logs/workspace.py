@@ -28,7 +28,7 @@ class Box:
     """Ranges (m) of positions of frames or points by signal, `tool.x`, axes of frame 0."""
 
     def __init__(self, machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> None:
-        """Raises `InputError` for signals other than positions, and empty ranges."""
+        """Raise `InputError` for signals other than positions, and for empty ranges."""
         self._ends = np.array([*ranges.values()], dtype=float).reshape(-1, 2)
         frames, self._rows = FrameNames(machine), []
         names: list[str] = []
@@ -51,7 +51,7 @@ class Box:
         return np.stack([T[:, frame, k, 3] for frame, k in self._rows], axis=1)
 
     def excess(self, q: Array) -> float:
-        """Return by how much samples q (N, n) of a period, and the curve between them, leave a range.
+        """Return by how much a periodic motion with samples q (N, n) leaves a range, between samples too.
 
         As a share of its half width; negative inside, infinite where loops do not close.
         """
@@ -83,7 +83,7 @@ def corners(
 
 
 def _refuse_curved(machine: Machine, name: str, ends: tuple[float, float], values: Mapping[str, float]) -> None:
-    """Raise `InputError` for a parameter in which what torques are made of is not linear."""
+    """Raise `InputError` for a parameter on which the inertial parameters and loads do not depend linearly."""
     for j, joint in enumerate(machine.joints, start=1):
         place = f"joint {j} ({joint.name})"
         if any(name in formula.names for formula in geometry_of(joint)):

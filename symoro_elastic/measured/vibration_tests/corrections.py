@@ -36,7 +36,7 @@ SoughtOf = Callable[[Sequence[VibrationTest]], Sought]
 def refuse_mistakes(
     estimator: Estimator, machine: Machine, sought_of: SoughtOf, fit: Fit, bound: float = NEARER
 ) -> None:
-    """Raise `InputError` for the mistake in responses or in their list that explains what the model does not.
+    """Raise `InputError` for a mistake in responses or their list that explains why the model does not fit.
 
     `bound` is the largest fraction of the distance that is refitted. Where the noise is unknown, responses alone are
     examined in a fit that looks right.
@@ -56,7 +56,7 @@ def refuse_mistakes(
 
 
 def _refuse(rows: Sequence[Row], explained: str = "the tests", place: str = "") -> None:
-    """Raise `InputError` for corrections, the best first, if there is any."""
+    """Raise `InputError` for the best of some corrections, naming equally good ones; none without corrections."""
     if rows:
         part = "responses" if rows[0].kind is Kind.RESPONSES else "list"
         what = f"{names_of(rows)}: only so does the model explain {explained}; correct the {part}"
@@ -64,7 +64,7 @@ def _refuse(rows: Sequence[Row], explained: str = "the tests", place: str = "") 
 
 
 class _Search:
-    """Corrections of tests with responses, compared with a fit of the tests as they are."""
+    """Search for corrections of tests with responses, compared with the fit of the uncorrected tests."""
 
     def __init__(self, estimator: Estimator, machine: Machine, sought_of: SoughtOf, fit: Fit) -> None:
         self.estimator, self.fit, self.sought_of = estimator, fit, sought_of
@@ -76,7 +76,7 @@ class _Search:
 
     @cached_property
     def _all_signals(self) -> tuple[Predictions, list[list[Predicted]]]:
-        """Predictions of all signals that tests may have measured, and those at the starts."""
+        """Predictions of all signals that tests may have measured, and their values at the starts."""
         wide = every_signal(self.estimator, self.listed)
         return wide, [wide.at(x, slopes=False) for x in self.starts]
 
@@ -104,7 +104,7 @@ class _Search:
         return min(cost / before for cost, before in zip(costs, self._uncorrected_distances, strict=True))
 
     def refit(self, row: Row) -> Refit[tuple[VibrationTest, ...]] | None:
-        """Return the minimum with a correction if only with it no more than noise is left."""
+        """Return the minimum with a correction, if the tests fit within noise with it and not without it."""
         fit = self.fit
         try:
             row, x = self._with_best_zero(row) if row.vary else (row, self._of(row).start)
@@ -159,7 +159,7 @@ def _median_logarithm(H: ComplexArray, G: ComplexArray) -> float:
 
 
 def _values(to: Estimator | Misfit, of: Estimator | Misfit, x: Array) -> Array:
-    """Return the unknowns of a fit where they are those of another one at x, else at their start."""
+    """Return start values for a fit: those of another fit at x for common unknowns, else its own start."""
     values = dict(zip(of.predictions.sought.labels, x.tolist(), strict=True))
     labels = to.predictions.sought.labels
     return np.array([values.get(label, start) for label, start in zip(labels, to.start.tolist(), strict=True)])
@@ -182,7 +182,7 @@ def every_signal(estimator: Estimator, listed: ListedTests) -> Predictions:
 def _chosen(
     wide: Sequence[VibrationTest], predicted: Sequence[Predicted], tests: Sequence[VibrationTest]
 ) -> list[Predicted]:
-    """Return what is predicted of tests whose responses are among those of wider ones."""
+    """Return the predictions of tests, chosen by name from those of tests with all signals."""
     chosen = []
     for test_of_all, prediction, test in zip(wide, predicted, tests, strict=True):
         pairs = (response.pair for response in test_of_all.responses)
@@ -194,7 +194,7 @@ def _chosen(
 def wrong_modes(
     sought: Sought, machine: Machine, sought_of: SoughtOf, tests: Sequence[VibrationTest], fit: Fit
 ) -> list[str]:
-    """Return lines on modes that do not go with the model; raises `InputError` for a mistake of a list of modes.
+    """Return notes on modes that the model cannot explain; raises `InputError` for a mistake in a list of modes.
 
     With responses, which determine the values, nothing is fitted. A single mode hardly counts in a fit: it is reported.
     """
@@ -216,7 +216,7 @@ def wrong_modes(
 
 
 class _ModalSearch:
-    """Corrections of tests with modes: near starts, or at values that responses determine.
+    """Search for corrections of tests with modes, near starts or at values that responses determine.
 
     The distance of tests from the model is the cost of frequencies, damping ratios, shapes and the prior.
     """
@@ -247,24 +247,24 @@ class _ModalSearch:
         return self._own.is_modal_noise(self._least)
 
     def _corrected(self, row: Row) -> Misfit:
-        """Return the misfit of corrected tests; where other motors are held unknowns may be others."""
+        """Return the misfit of corrected tests; with other locked motors the unknowns may differ."""
         of_others = row.kind is Kind.MOTORS
         predictions = Predictions(self.sought_of(row.data), row.data) if of_others else self._wide.of(row.data)
         return Misfit(predictions, (), math.inf)
 
     def _cost(self, misfit: Misfit, x: Array) -> float:
-        """Return how far tests are from the model at x."""
+        """Return the cost of the modes of all tests at x."""
         pairs = zip(misfit.predictions.tests, self.listed.tests, strict=True)
         is_same_machine = all(a.at is b.at and a.hold is b.hold and a.pd is b.pd for a, b in pairs)
         return misfit.modal_cost(x, self._oscillations(x.tobytes()) if is_same_machine else None)
 
     def _rough_cost(self, misfit: Misfit, x: Array) -> float:
-        """Return the cost of modes that are known roughly."""
+        """Return the cost of modes with wide standard deviations, for values far from the minimum."""
         predictions = misfit.predictions
         return self._cost(replace(misfit, predictions=predictions.of(list(map(roughly, predictions.tests)))), x)
 
     def _minimum(self, misfit: Misfit, x: Array) -> tuple[float, Array]:
-        """Return the cost of a minimum near x, and where it is; x itself if values are those of responses."""
+        """Return the cost at a minimum near x, and its unknowns; x itself where responses fix the values."""
         if not self.is_fixed:
             x = misfit.with_all_pairs.minimum(x, differences)
         return self._cost(misfit, x), x
@@ -280,7 +280,7 @@ class _ModalSearch:
         return min(cost - before for cost, before in zip(costs, self._uncorrected_distances, strict=True))
 
     def refit(self, row: Row) -> Refit[tuple[VibrationTest, ...]] | None:
-        """Return the minimum with a correction if it leaves no more than noise."""
+        """Return the minimum with a correction, if it explains the modes within noise."""
         misfit = self._of(row)
         starts = (_values(misfit, self._own, x) for x in self._starts)
         cost, x = min((self._minimum(misfit, x) for x in starts), key=lambda pair: pair[0])

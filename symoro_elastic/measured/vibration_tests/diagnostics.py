@@ -88,7 +88,7 @@ def refuse_opposite(
 
 
 def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
-    """Raise `InputError` for pairs that are the opposite of the model, or in another unit, before more is tried."""
+    """Raise `InputError` for pairs of opposite sign or in another unit, before corrections are searched."""
     refuse_opposite(tests, lines, predicted, MIRRORED)
     for line, factor in scaled_pairs(lines, predicted):
         if unit := _unit(factor):
@@ -97,7 +97,7 @@ def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predict
 
 
 def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
-    """Raise `InputError` for pairs whose size is none that springs near those of the start can have."""
+    """Raise `InputError` for pairs whose magnitude is far from the model's at any plausible stiffness."""
     for line, factor in scaled_pairs(lines, predicted):
         if abs(math.log(factor)) < FAR_OFF:
             continue
@@ -110,7 +110,7 @@ def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted
 
 
 def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predicted]) -> list[str]:
-    """Return a line for each pair that does not go with the others, with its mistake if that is a usual one."""
+    """Return a note for each pair that disagrees with the model much more than the others, with the likely mistake."""
     if len(fit.lines) < 2 or not (math.isnan(fit.chi2) or fit.chi2 > fit.far):
         return []
     logs = [np.log(line.predicted_by(predicted) / line.H) for line in fit.lines]
@@ -130,7 +130,7 @@ def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predi
 
 
 def _mistake(line: Lines, logs: ComplexArray) -> str:
-    """Return the mistake that brings a pair near the model, nothing if none does."""
+    """Return the usual mistake whose correction brings a pair close to the model; empty if none does."""
     G, s = line.H * np.exp(logs), laplace_of(line.f)
     distances = {what: float(np.median(np.abs(np.log(G / of(line.H, s))))) for what, of in WRITTEN.items()}
     best = min(distances, key=distances.__getitem__)
@@ -146,7 +146,7 @@ def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: 
 
 
 def scaled_pairs(lines: Sequence[Lines], predicted: Sequence[Predicted]) -> Iterator[tuple[Lines, float]]:
-    """Yield lines that are the model's, times a factor."""
+    """Yield the responses that differ from the model by a constant factor, with this factor."""
     for line in lines:
         G = line.predicted_by(predicted)
         logs = np.log(np.abs(line.H / G))
@@ -161,13 +161,13 @@ def _times(factor: float) -> str:
 
 
 def _unit(factor: float, within: float = 0.06) -> str:
-    """Return the mistake that a factor is of, within this logarithm; nothing for any other factor."""
+    """Return the unit mistake that explains a factor within this logarithm; empty for any other factor."""
     size = abs(math.log(factor))
     return next((what for x, what in KNOWN_FACTORS.items() if abs(size - math.log(x)) < within), "")
 
 
 def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]]) -> list[str]:
-    """Return lines about responses that the model cannot have: left out, cross talk where they were measured."""
+    """Return notes on omitted responses that are zero in the model, with cross-talk where they were measured."""
     quiet, notes = [], []
     for t, k in zero:
         pair = f"{tests[t].name}: {tests[t].responses[k].pair}"
@@ -187,7 +187,7 @@ def is_cross_talk(test: VibrationTest, k: int) -> bool:
 
 
 def of_lost_modes(tests: Sequence[VibrationTest], predicted: Sequence[Predicted]) -> list[str]:
-    """Return a line for each test with measured modes that have no partner in the model, which are left out."""
+    """Return a note for each test with measured modes that match no mode of the model, which are omitted."""
     notes = []
     for test, prediction in zip(tests, predicted, strict=True):
         if test.modes is None or prediction.modes is None or not (lost := ~np.isfinite(prediction.modes.f)).any():
@@ -209,7 +209,7 @@ class Band:
 
 
 def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
-    """Return the bands of the largest residuals, at most two, where chi2 says that the model lacks something."""
+    """Return at most two bands of large residuals, where chi2 shows that the model is incomplete."""
     if not (lines and fit.chi2 > fit.far):
         return []
     f = np.concatenate([np.tile(line.f, 2) for line in lines])
@@ -263,7 +263,7 @@ def _nuisances_in_words(fit: Fit) -> str:
 
 
 def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
-    """Return a line for each test whose outputs come later than those of the model by more than doubt explains."""
+    """Return a note for each test whose outputs have a significant delay relative to the model."""
     outputs: dict[str, list[str]] = {}
     for delay in fit.delays:
         if delay.is_significant:
@@ -295,7 +295,7 @@ def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
 
 
 def of_spikes(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
-    """Return a line for each test with lines that are far from noise between neighbours that are not."""
+    """Return a note for each test with outliers: lines far from noise between neighbours that are not."""
     notes = []
     for t, test in enumerate(tests):
         own = [(line, is_spike) for line, is_spike in zip(fit.lines, fit.spikes, strict=False) if line.test == t]

@@ -101,7 +101,7 @@ class Minimum:
 
     @cached_property
     def fit(self) -> Fit:
-        """What is known there."""
+        """The fit at this minimum: estimates, covariance and chi2."""
         return self.misfit.at_minimum(self.all)
 
     @property
@@ -125,12 +125,12 @@ class Minimum:
         return self.fit.cost
 
     def changed_windows(self, tests: Sequence[VibrationTest]) -> dict[Window | None, Window]:
-        """Return the windows that tests name, and those that they are seen through here, where these are others."""
+        """Return the windows that differ at this minimum from those that tests name, by named window."""
         pairs = ((a.window, b.window) for a, b in zip(tests, self.fit.tests, strict=True))
         return {named: window for named, window in pairs if window is not None and window is not named}
 
     def doubt(self, other: Minimum, counts: bool) -> WindowAlternative:
-        """Return the doubt that another minimum is, under another window."""
+        """Return another minimum, under another window, as an alternative to this one."""
         pairs = enumerate(zip(self.fit.tests, other.fit.tests, strict=True))
         places = tuple(k for k, (own, tested) in pairs if own.window is not tested.window)
         window = other.fit.tests[places[0]].window or Window(WindowKind.NONE)
@@ -138,18 +138,18 @@ class Minimum:
 
     @property
     def is_of_channels(self) -> bool:
-        """Whether factors or delays of channels show."""
+        """Whether any gain or delay of a channel is significant."""
         nuisances: tuple[Delay | Gain, ...] = (*self.fit.delays, *self.fit.gains)
         return any(nuisance.is_significant for nuisance in nuisances)
 
     @property
     def criterion(self) -> float:
-        """Half of Schwarz's criterion: the cost, and what each nuisance would explain of noise."""
+        """Half of Schwarz's criterion (BIC): the cost with a penalty for each nuisance parameter."""
         more = len(self.all) - self.misfit.unknowns
         return self.cost + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
 
     def with_wide_intervals(self) -> Fit:
-        """Return the fit with intervals that hold values far off, where these explain the tests as well.
+        """Return the fit with standard deviations widened to distant values that explain the tests as well.
 
         A mode beyond the band, or one that hardly shows, may sit where it explains some noise: how sharp that minimum
         is says nothing of other values. They are tried with all other unknowns as they are, which can only cost more.
@@ -172,7 +172,7 @@ class Minimum:
 
 
 class Estimator:
-    """Residuals of lines and modes at any values of the unknowns, and their minima."""
+    """Estimator of the unknowns from responses and modes: residuals at any values, and minima of the misfit."""
 
     def __init__(
         self, predictions: Predictions, lines: Sequence[Lines], robust: bool = True, evidence: Evidence | None = None
@@ -184,7 +184,7 @@ class Estimator:
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def of(self, predictions: Predictions) -> Estimator:
-        """Return the estimator of other predictions, of other tests with responses at the same places."""
+        """Return the estimator of other predictions, whose tests have the same responses or modified ones."""
         tests, lines = predictions.tests, []
         for line in self.lines:
             response = tests[line.test].responses[line.place]
@@ -196,11 +196,11 @@ class Estimator:
         return estimator
 
     def near(self, x: Array) -> Minimum:
-        """Return the minimum of the model alone near x; what is unknown of windows and zeros starts at none."""
+        """Return the minimum near x without nuisances; unknown changes of windows and zeros start at 0."""
         return self._near(self.alone, np.concatenate([x, np.zeros(len(self.predictions.windowed))]))
 
     def fit(self, check: Callable[[Fit, Sequence[Predicted]], None] = lambda *_: None) -> Fit:
-        """Return the first minimum that leaves no more than noise, or the best one of the model alone.
+        """Return the first minimum that explains the tests within noise, or else the best one without nuisances.
 
         Before others than that near the start are sought, `check` is called with it and its predictions: it may refuse
         the tests. Of lists of modes alone the best minimum is returned, and nothing is checked.
@@ -220,7 +220,7 @@ class Estimator:
         return fit if chosen is best else replace(fit, chi2_alone=best.fit.chi2)
 
     def _best_minima(self, near: Minimum) -> tuple[Minimum, Minimum]:
-        """Return the best minimum of the model alone, and that which explains the tests, perhaps with nuisances."""
+        """Return the best minimum without nuisances, and the one that explains the tests, with nuisances if needed."""
         if not near.is_far:
             return near, near
         extended = self._with_nuisances(near)
@@ -241,7 +241,7 @@ class Estimator:
         return best, chosen if size(chosen) < least * size(best) else best
 
     def _with_nuisances(self, near: Minimum) -> list[Minimum]:
-        """Return minima with windows, channels, terms near that of the model alone, until one leaves only noise."""
+        """Return minima with windows, channel terms and out-of-band terms, until one explains all but noise."""
         extended: list[Minimum] = []
         windows = (replace(self.alone, predictions=predictions) for predictions in self._other_windows())
         under_others = (self._near(misfit, misfit.predictions.start) for misfit in windows)
@@ -252,7 +252,7 @@ class Estimator:
         return extended
 
     def _nearest(self, cost: Callable[[Array], float]) -> Array:
-        """Return the points (few, p) within the prior of least cost; it is infinite without equilibrium."""
+        """Return those random points (few, p) within the prior that have the least cost."""
         rng, costs = np.random.default_rng(0), np.full(POINTS, math.inf)
         points: Array = self.start + rng.uniform(-1, 1, (POINTS, len(self.start))) / np.sqrt(self.prior)
         for k, x in enumerate(points):
@@ -261,7 +261,7 @@ class Estimator:
         return points[np.argsort(costs)[:MOST_REFITTED]]
 
     def _of_modes(self) -> Fit:
-        """Return the best minimum of lists of modes alone, near the start or near some points of the prior.
+        """Return the best fit to lists of modes alone, from the start and from random points within the prior.
 
         Frequencies often have several: intervals hold those that explain the modes as well.
         """
@@ -293,13 +293,13 @@ class Estimator:
 
     @cached_property
     def _orders(self) -> list[int]:
-        """How often the outputs of lines are derived."""
+        """Order of the time derivative that the output of each response measures."""
         machine = self.predictions.motion.given
         return [outputs(machine, [line.measured.output])[0].order for line in self.lines]
 
     @cached_property
     def _channel_nuisances(self) -> tuple[Nuisances, ...]:
-        """Factors of channels, delays with direct parts of accelerations, factors and delays."""
+        """Gains of channels; delays with direct terms of accelerations; gains and delays."""
         gains = channel_gains(self.lines)
         accelerations = [k for k, order in enumerate(self._orders) if order == ACCELERATION]
         both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))
@@ -343,7 +343,7 @@ class Estimator:
         return chosen, tuple(chosen.doubt(other, counts) for other, counts in doubted)
 
     def _explains(self, other: Minimum, named: Minimum) -> bool:
-        """Whether windows fall, and explain the tests, or most of what those that are named leave."""
+        """Whether other windows, all decaying, explain the tests, or most of the misfit under the named windows."""
         falls = all(window.decay > 0 for window in other.changed_windows(self.predictions.tests).values())
         remaining = (other.fit.chi2 - 1) / max(named.fit.chi2 - 1, 1e-9)
         return falls and (not other.is_far or remaining < EXPLAINED_BY_WINDOW)
@@ -361,7 +361,7 @@ class Estimator:
         return self._refit(other, self.predictions.of(tests)), False
 
     def _refit(self, minimum: Minimum, predictions: Predictions) -> Minimum:
-        """Return the minimum with other predictions near one."""
+        """Return the minimum with other predictions, from the values of this minimum."""
         misfit = replace(minimum.misfit, predictions=predictions)
         x = np.concatenate([minimum.x, np.zeros(len(predictions.windowed)), minimum.all[minimum.misfit.first :]])
         return Minimum(misfit, misfit.minimum(x, differences))
@@ -385,7 +385,7 @@ class Estimator:
                         return
 
     def _with_terms(self, minimum: Minimum) -> Iterator[Minimum]:
-        """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
+        """Yield minima with terms of out-of-band modes, then with delays as well, from a minimum without nuisances."""
         if not math.isfinite(minimum.fit.chi2):
             return
         terms = out_of_band_modes(self.lines, self._orders).parts
@@ -395,7 +395,7 @@ class Estimator:
             yield Minimum(misfit, misfit.minimum(x, differences))
 
     def _near(self, misfit: Misfit, x: Array) -> Minimum:
-        """Return the minimum near x: stage 1, then stage 2, whose noise is that of the residuals if unknown.
+        """Return the minimum near x: by stage 1, then stage 2 with the noise of the residuals if it is unknown.
 
         Uncertain pairs of modes count in stage 1, far from the end. Evidence has outliers only if data contradict it.
         """

@@ -63,7 +63,7 @@ Row = Correction[tuple[VibrationTest, ...]]
 
 
 class Kind(StrEnum):
-    """What a row changes; SIGN is the sign of a signal alone."""
+    """Kind of a correction: the part of the tests that it changes; SIGN is the sign of a signal alone."""
 
     RESPONSES = "responses"
     SIGNALS = "signals"
@@ -81,7 +81,7 @@ def files(row: Row) -> str:
 
 
 class ListedTests:
-    """Tests of a machine as they are listed, and as they may have been."""
+    """Listed tests of a machine, and variants of them without a usual mistake in the list."""
 
     def __init__(self, machine: Machine, tests: Sequence[VibrationTest]) -> None:
         self.machine, self.tests = machine, tuple(tests)
@@ -89,12 +89,12 @@ class ListedTests:
 
     @cached_property
     def scopes(self) -> list[tuple[int, ...]]:
-        """All tests, then each of them where there are more."""
+        """Indices of the tests that a mistake may concern: all tests, then each test alone."""
         every = tuple(range(len(self.tests)))
         return [every, *((k,) for k in every)] if len(every) > 1 else [every]
 
     def _rows(self, kind: str, name: str, of: Callable[[VibrationTest], VibrationTest]) -> Iterator[Row]:
-        """Yield rows that change all tests, and each test alone."""
+        """Yield corrections of all tests, and of each test alone."""
         for scope in self.scopes:
             tests = tuple(of(test) if k in scope else test for k, test in enumerate(self.tests))
             changed = tuple(k for k in scope if tests[k] is not self.tests[k])
@@ -102,7 +102,7 @@ class ListedTests:
                 yield Correction(name, tests, changed, kind)
 
     def responses(self) -> Iterator[Row]:
-        """Yield tests whose responses are written otherwise, over other frequencies, or exchanged."""
+        """Yield tests with corrected responses: in another form or unit, frequencies in rad/s, exchanged signals."""
         for what, undone in WRITTEN.items():
             of = partial(_with_each_response, of=partial(_rewritten, undone))
             yield from self._rows(Kind.RESPONSES, f"are written {what}", of)
@@ -115,7 +115,7 @@ class ListedTests:
                     yield from self._rows(Kind.RESPONSES, f"are written with {a} and {b} exchanged", of)
 
     def positions(self) -> Iterator[Row]:
-        """Yield tests with other positions: mirrored, in degrees or mm, of exchanged joints or tests."""
+        """Yield tests with corrected positions: opposite signs, other units, exchanged joints or tests."""
         names = list(dict.fromkeys(name for test in self.tests for name in test.at))
         sigma = {joint.name: joint.sigma for joint in self.machine.joints}
         groups = [[name] for name in names] + ([names] if len(names) > 1 else [])
@@ -141,7 +141,7 @@ class ListedTests:
                 yield Correction(f"{AT}the positions of these two are exchanged", tests, (i, j), Kind.POSITIONS)
 
     def zeros(self) -> Iterator[Row]:
-        """Yield tests with other zeros of joints that motors move, a family for each joint."""
+        """Yield tests with other zero positions of motor joints, one family of corrections for each joint."""
         for joint in self.machine.motor_joints:
             if joint in self.machine.independent_joints:
                 zeros = (sign * size for size in ZEROS[joint.sigma] for sign in (1, -1))
@@ -156,7 +156,7 @@ class ListedTests:
         )
 
     def motors_held(self) -> Iterator[Row]:
-        """Yield tests with other motors held, free, or under a servo whose gains are unknown."""
+        """Yield tests with other sets of motors locked, free, or under a servo with unknown gains."""
         for names in self._groups_of_motors():
             for how in (HELD, FREE, SERVO):
                 what = f"hold: {', '.join(names)} {'was' if len(names) == 1 else 'were'} {how}"
@@ -168,7 +168,7 @@ class ListedTests:
         return groups if most == len(self.motors) else [*groups, tuple(self.motors)]
 
     def signals(self) -> Iterator[Row]:
-        """Yield tests with another axis, a moment for a force, another body, and either sign, of input or output."""
+        """Yield tests with another axis, body, quantity or sign of an input or output."""
         pairs = [(response.output, response.input) for test in self.tests for response in test.responses]
         for side, alternatives in ((0, self.other_outputs), (1, self._other_inputs)):
             for name in dict.fromkeys(pair[side] for pair in pairs):
@@ -178,7 +178,7 @@ class ListedTests:
                     yield from self._rows(Kind.SIGN if other == name else Kind.SIGNALS, what, of)
 
     def modes(self) -> Iterator[Row]:
-        """Yield tests whose modes are in another unit, with another sign, order or name of the outputs of shapes."""
+        """Yield tests with modes in another unit, or with another sign, order or name of their outputs."""
         for what, factor in FACTORS_F.items():
             yield from self._rows(Kind.LIST_OF_MODES, what, partial(_with_modes, of=partial(_times, f=factor)))
         for what, factor in FACTORS_ZETA.items():
@@ -192,7 +192,7 @@ class ListedTests:
             yield from self._rows(Kind.LIST_OF_MODES, what, partial(_with_modes, of=of))
 
     def single_modes(self) -> Iterator[Row]:
-        """Yield tests without a mode, and with another sign of an amplitude of a mode."""
+        """Yield tests without one of their modes, and with the opposite sign of one amplitude."""
         for t, test in enumerate(self.tests):
             if test.modes is None or len(test.modes.f) < 2:
                 continue
@@ -207,7 +207,7 @@ class ListedTests:
                     yield Correction(f"mode {k + 1}, {f:.4g} Hz, {what}", tests, (t,), Kind.MODE)
 
     def other_outputs(self, name: str) -> Iterator[str]:
-        """Yield the outputs that one may be in place of: other axes of its frame, other frames or joints."""
+        """Yield outputs that may be meant instead of one: other axes of its frame, other frames or joints."""
         owner, _, quantity = name.rpartition(".")
         if quantity in JOINT_OUTPUTS:
             yield from (f"{other}.{quantity}" for other in self._moving if other != owner)
@@ -268,7 +268,7 @@ def _driven(test: VibrationTest, names: Sequence[str], how: str, motors: Sequenc
 
 
 def _with_signal(test: VibrationTest, side: int, name: str, other: str, sign: float) -> VibrationTest:
-    """Return a test whose output (side 0) or input (1) of a name is another; the same where that is there."""
+    """Return a test with another output (side 0) or input (1) in place of `name`; unchanged if that exists."""
     pairs, responses = {response.pair for response in test.responses}, []
     for response in test.responses:
         if (response.output, response.input)[side] != name:
@@ -312,13 +312,13 @@ def _with_exchanged_signals(test: VibrationTest, names: Mapping[str, str]) -> Vi
 
 
 def _with_modes(test: VibrationTest, of: Callable[[MeasuredModes], MeasuredModes | None]) -> VibrationTest:
-    """Return a test with other modes; the same where there are none."""
+    """Return a test with its modes changed by `of`; unchanged if it has none."""
     modes = None if test.modes is None else of(test.modes)
     return test if modes is None else replace(test, modes=modes)
 
 
 def _times(modes: MeasuredModes, f: float = 1.0, zeta: float = 1.0) -> MeasuredModes | None:
-    """Return modes with frequencies and damping ratios times factors; None for ratios that are none, or not there."""
+    """Return modes with scaled frequencies and damping ratios; None where these are missing or not below 1."""
     if zeta != 1 and (modes.zeta is None or not np.nanmax(zeta * modes.zeta) < 1):
         return None
     std_f, ratio, std = (

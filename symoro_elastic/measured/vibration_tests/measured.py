@@ -32,7 +32,7 @@ class WindowKind(StrEnum):
 
 @dataclass(frozen=True)
 class Window:
-    """A window: length of its segments, s, NaN where it plays no part; time constant of an exponential one, s."""
+    """Window of the FFT: segment length, s, NaN if it has no effect; time constant of an exponential window, s."""
 
     kind: WindowKind
     segment: float = math.nan
@@ -40,11 +40,11 @@ class Window:
 
     @property
     def unit(self) -> float:
-        """Rate, 1/s, of an exponential window that falls to 1 % in a segment, or of this one."""
+        """Unit of change of an exponential window, 1/s: the rate of a fall to 1 % in a segment, else its own rate."""
         return USUAL_FALL / self.segment if math.isfinite(self.segment) else 1 / self.decay
 
     def changed(self, c: float) -> Window:
-        """Return Hann's window with segments exp(c) times as long, an exponential one that falls faster by c units."""
+        """Return the window changed by c: Hann segments exp(c) times as long, or a faster decay by c units."""
         if self.kind is WindowKind.HANN:
             return replace(self, segment=self.segment * math.exp(c))
         rate = 1 / self.decay + c * self.unit
@@ -53,7 +53,7 @@ class Window:
 
 @dataclass(frozen=True)
 class WindowedLines:
-    """Complex frequencies f (m,), Hz, whose responses a window adds up; their places (N, c) by line, weights (c,)."""
+    """Complex frequencies f (m,), Hz, at which a windowed response is a sum; their indices (N, c) and weights (c,)."""
 
     f: ComplexArray
     places: IndexArray
@@ -66,7 +66,7 @@ class WindowedLines:
 
 
 def windowed_lines(window: Window | None, f: Array) -> WindowedLines | None:
-    """Return what a window adds up at lines f, Hz; None where it changes nothing.
+    """Return the frequencies and weights that give windowed responses at f, Hz; None where the window has no effect.
 
     The impulse response g is seen through a factor v(t):
 
@@ -145,7 +145,7 @@ class MeasuredResponse:
 
     @property
     def pair(self) -> str:
-        """Output and input, as files head them."""
+        """Name of the pair, output / input, as in the column heads of files."""
         return f"{self.output}/{self.input}"
 
 
@@ -188,12 +188,12 @@ class VibrationTest:
     window: Window | None = None
 
     def with_zero(self, joint: str, zero: float) -> VibrationTest:
-        """Return the test with this added to the position of a joint."""
+        """Return the test with `zero` added to the position of a joint."""
         return replace(self, at={**self.at, joint: self.at.get(joint, 0.0) + zero})
 
 
 def roughly(test: VibrationTest) -> VibrationTest:
-    """Return a test whose modes are known roughly, so that those far off differ by more than being far."""
+    """Return a test with large standard deviations of its modes, so that costs differ far from the minimum."""
     if (modes := test.modes) is None:
         return test
     return replace(test, modes=replace(modes, std_f=ROUGH_F * modes.f, std_zeta=None))
@@ -202,7 +202,7 @@ def roughly(test: VibrationTest) -> VibrationTest:
 def with_windows(
     tests: Sequence[VibrationTest], kind: WindowKind, named: Window | None = None
 ) -> tuple[VibrationTest, ...] | None:
-    """Return the tests with this window where they have the one named and it may be; None where there are none."""
+    """Return the tests with a window of this kind where they named `named`; None where no test can have it."""
     changed = []
     for test in tests:
         usual = usual_window(kind, test.responses[0].f) if test.responses and test.window == named else None
@@ -212,7 +212,7 @@ def with_windows(
 
 @dataclass(frozen=True)
 class VibrationTests:
-    """The vibration tests of a machine; `notes` are lines for the user about what files left out."""
+    """Vibration tests of a machine; `notes` report what was omitted from their files."""
 
     tests: tuple[VibrationTest, ...]
     notes: tuple[str, ...] = ()

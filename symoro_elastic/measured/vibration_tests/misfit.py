@@ -57,7 +57,7 @@ class Residuals:
 
 @dataclass(frozen=True)
 class WindowAlternative:
-    """A window that tests may be under, the changes (p,) of x under it, whether standard deviations know of it."""
+    """An alternative window of tests, the changes (p,) of x under it, and whether standard deviations include them."""
 
     tests: tuple[int, ...]
     window: Window
@@ -99,7 +99,7 @@ class Fit:
 
     @property
     def is_far(self) -> bool:
-        """Whether residuals are larger than noise explains."""
+        """Whether residuals exceed what noise explains."""
         is_far = self.chi2 > self.far if math.isfinite(self.chi2) else self.logarithm > FAR_LOGARITHM
         return is_far and bool(self.lines)
 
@@ -115,7 +115,7 @@ Of = Callable[[Lines, ComplexArray, ComplexArray], Residuals]
 
 @dataclass(frozen=True)
 class Misfit:
-    """What a minimum is sought of: predictions, lines, nuisances, evidence of other data.
+    """Misfit between tests and predictions: responses, nuisances, and evidence of other data.
 
     Its unknowns x (p + w + m,) are ln p, changes of windows, and coefficients of nuisances. While it `trusts` evidence,
     the last residuals, these have no outliers: far from a minimum Cauchy's weights would ignore them.
@@ -131,26 +131,26 @@ class Misfit:
 
     @property
     def unknowns(self) -> int:
-        """Parameters p of the machine."""
+        """Number p of parameters of the machine."""
         return len(self.predictions.sought.unknowns)
 
     @property
     def first(self) -> int:
-        """Unknowns p + w of predictions."""
+        """Number p + w of unknowns of the predictions, before the coefficients of nuisances."""
         return self.unknowns + len(self.predictions.windowed)
 
     @cached_property
     def start(self) -> Array:
-        """Where all unknowns are before any test."""
+        """Initial values of all unknowns."""
         return np.concatenate([self.predictions.start, np.zeros(len(self.nuisances.prior))])
 
     @cached_property
     def prior(self) -> Array:
-        """Inverse variances of the unknowns before any test."""
+        """Inverse prior variances of all unknowns."""
         return np.concatenate([self.predictions.prior, self.nuisances.prior])
 
     def response(self, k: int, predicted: list[Predicted], x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Return what line k is predicted to be, and its slopes (p + w + m, N)."""
+        """Return the predicted response of line k with nuisances, and its slopes (p + w + m, N)."""
         line = self.lines[k]
         response = predicted[line.test].responses[line.place]
         dG = response.slopes[:, line.counted]
@@ -170,14 +170,14 @@ class Misfit:
         return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
 
     def expected_fall(self, x: Array) -> float:
-        """Return by how much the cost of differences falls from x in one step, were they linear."""
+        """Return the fall of the cost in one Gauss-Newton step from x, under a linear model."""
         here = self.residuals(x, differences)
         weighted = here.J * self._weights(here.r, self.scale(here.r))
         b = weighted @ here.r + self.prior * (x - self.start)
         return float(0.5 * b @ np.linalg.solve(weighted @ here.J.T + np.diag(self.prior), b))
 
     def minimum(self, x: Array, of: Of) -> Array:
-        """Return where Levenberg-Marquardt ends: little to gain, or two steps running refused."""
+        """Return the minimum from x by Levenberg-Marquardt; ends at a small gain or after refused steps."""
         here, damping, refused = self.residuals(x, of), 1e-3, 0
         for _ in range(MOST_STEPS):
             c = self.scale(here.r)
@@ -211,11 +211,11 @@ class Misfit:
         return residuals if np.isfinite(residuals.r).all() and np.isfinite(residuals.J).all() else None
 
     def scale(self, r: Array) -> float:
-        """Return c of Cauchy's weights."""
+        """Return the scale c of Cauchy's weights from the residuals."""
         return CAUCHY * max(1.0, TO_DEVIATION * float(np.median(np.abs(r)))) if len(r) else CAUCHY
 
     def _may_be_outliers(self, r: Array) -> BoolArray:
-        """Return which residuals may be outliers."""
+        """Return a mask of the residuals that may be outliers."""
         tested: BoolArray = np.full(len(r), self.robust)
         if self.trusts and self.evidence is not None:
             tested[-len(self.evidence.values) :] = False
@@ -242,17 +242,17 @@ class Misfit:
         return self.cost(np.concatenate(parts), x, c)
 
     def with_wider_evidence(self, factor: float) -> Misfit:
-        """Return the same with trusted evidence of standard deviations times a factor."""
+        """Return the misfit with trusted evidence, its standard deviations times a factor."""
         evidence = self.evidence and replace(self.evidence, root=self.evidence.root / factor)
         return replace(self, evidence=evidence, trusts=True)
 
     @property
     def with_all_pairs(self) -> Misfit:
-        """The same, in which pairs of modes count that are in doubt."""
+        """The misfit with uncertain pairs of measured and predicted modes included."""
         return replace(self, predictions=self.predictions.with_all_pairs())
 
     def modal_cost(self, x: Array, oscillations: Sequence[Oscillations] | None = None) -> float:
-        """Return the cost of all measured modes and of the prior at ln p, with or without a sure partner.
+        """Return the cost of all measured modes, paired or not, and of the prior at ln p.
 
         `oscillations` is what oscillates in each test there, if that is known.
         """
@@ -262,7 +262,7 @@ class Misfit:
         return float(sum(distances) + 0.5 * self.prior[: self.unknowns] @ (x - self.predictions.sought.start) ** 2)
 
     def is_modal_noise(self, cost: float) -> bool:
-        """Whether noise of modal values and the prior explain a cost of modes.
+        """Whether a cost of modes is small enough to result from noise and the prior.
 
         Cauchy's cost of a normal value is 0.4 +- 0.5; of a start within one deviation of the prior, 0.5 each at most.
         """
@@ -270,7 +270,7 @@ class Misfit:
         return cost < 0.4 * values + 3 * 0.5 * math.sqrt(values) + 0.5 * self.unknowns
 
     def with_noise(self, x: Array) -> Misfit:
-        """Return the same with the standard deviations of residuals, where none are known."""
+        """Return the misfit with unknown standard deviations estimated from the residuals at x."""
         if all(line.sd_is_known for line in self.lines):
             return self
         predicted, lines = self.predictions.at(x[: self.first], slopes=False), []
@@ -292,7 +292,7 @@ class Misfit:
             0.0
         )
         chi2 = float(counted @ here.r**2 / max(counted.sum(), 1e-300)) / mean / freedom
-        wider = math.sqrt(self._alike(np.sqrt(weights) * here.r))
+        wider = math.sqrt(self._variance_factor(np.sqrt(weights) * here.r))
         information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0) / wider**2
         covariance = np.asarray(np.linalg.inv(information + np.diag(self.prior)), dtype=float)
         p, m, std = self.unknowns, self.first, np.sqrt(np.diag(covariance))
@@ -309,7 +309,7 @@ class Misfit:
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:
-        """Return the complex residuals by line."""
+        """Return the complex residuals of each response."""
         ends = np.cumsum([2 * len(line.f) for line in self.lines])
         parts = [part.reshape(2, -1) for part in np.split(r[: ends[-1]], ends[:-1])] if self.lines else []
         return [part[0] + 1j * part[1] for part in parts]
@@ -324,14 +324,14 @@ class Misfit:
         return tuple(spikes)
 
     def _median_logarithm(self, r: Array) -> float:
-        """Return the median of |ln(G/H)| from residuals."""
+        """Return the median of |ln(G/H)|, estimated from the residuals."""
         ratios = [
             1 + residuals * line.sd / line.H for residuals, line in zip(self._of_lines(r), self.lines, strict=True)
         ]
         return float(np.median(np.abs(np.log(np.concatenate(ratios))))) if ratios else 0.0
 
-    def _alike(self, r: Array) -> float:
-        """Return by how much the variance of means over lines is larger than for independent ones: 1 + 2 sum of rho_j.
+    def _variance_factor(self, r: Array) -> float:
+        """Return the factor by which correlated lines raise the variance of means: 1 + 2 sum of rho_j.
 
         Windows correlate neighbouring lines (Hann with a random input: 4/9), and so do errors of a model.
         """
@@ -353,13 +353,13 @@ def differences(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
 
 
 def in_parts(r: ComplexArray, J: ComplexArray) -> Residuals:
-    """Return real parts before imaginary ones."""
+    """Return complex residuals as real ones: real parts, then imaginary parts."""
     return Residuals(np.concatenate([r.real, r.imag]), np.concatenate([J.real, J.imag], axis=1))
 
 
 @cache
 def _of_normal_noise() -> tuple[float, float]:
-    """Return of normal noise with std 1: the weighted mean square, and what J^T W J is short of the information.
+    """Return for normal noise the weighted mean square, and the ratio of the information to J^T W J.
 
     An M-estimator has the variance E[psi^2]/E[psi']^2 times that of the information, psi = w r; E[w] J^T J is J^T W J.
     """
@@ -373,7 +373,7 @@ def _of_normal_noise() -> tuple[float, float]:
 
 
 def modal_distance(measured: MeasuredModes, own: Oscillations) -> float:
-    """Return how far modes are from what oscillates: Cauchy's cost of residuals, 1 - MAC, modes without a partner."""
+    """Return the distance of measured modes from the model: Cauchy's cost, 1 - MAC, and a cost of unpaired modes."""
     pairs = pairs_of_modes(measured, own)
     poles, k = own.poles[pairs.columns], len(measured.f)
     f, zeta, nothing = np.full(k, np.nan), np.full(k, np.nan), np.zeros((0, k))

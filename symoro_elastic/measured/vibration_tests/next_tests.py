@@ -29,7 +29,7 @@ LEAST_FALL = 0.01
 
 @dataclass(frozen=True)
 class Candidate:
-    """A possible next test, the fall of the sum of variances with it, and the parameters that it determines most."""
+    """A possible next test, the fall of the sum of variances with it, and the parameters that it improves most."""
 
     test: VibrationTest
     fall: float
@@ -91,7 +91,7 @@ def information_of(predictions: Predictions, x: Array, test: VibrationTest, nois
 
 
 def _candidates(predictions: Predictions, lines: Sequence[Lines]) -> list[VibrationTest]:
-    """Return tests at places within the limits: blows at bodies, measured there and where tests did, and sweeps."""
+    """Return candidate tests within the limits: impacts at bodies, and sweeps of motors."""
     motion, tests = predictions.motion, predictions.tests
     lows = min((float(line.f[0]) for line in lines), default=1.0)
     highs = max((float(line.f[-1]) for line in lines), default=1000.0)
@@ -120,7 +120,7 @@ def _candidates(predictions: Predictions, lines: Sequence[Lines]) -> list[Vibrat
 
 
 def _setting(test: VibrationTest) -> tuple[object, ...]:
-    """Return what drives or holds motors in a test."""
+    """Return a key of the motors that a test locks or controls."""
     return test.hold, tuple(sorted(test.pd.items())), test.drives
 
 

@@ -34,7 +34,7 @@ PHASES = np.arange(-40, 41) * 0.25  # that are tried for the last line, rad
 
 @dataclass(frozen=True)
 class Delay:
-    """How late an output is, s, with its standard deviation; what its last line is turned (rad) and lowered (Np) by."""
+    """Delay of an output, s, with its standard deviation; phase (rad) and attenuation (Np) of its last line."""
 
     test: int
     output: str
@@ -45,13 +45,13 @@ class Delay:
 
     @property
     def is_significant(self) -> bool:
-        """Whether it is more than chance."""
+        """Whether the delay differs from zero by more than chance."""
         return abs(self.seconds) > SIGNIFICANT * self.std
 
 
 @dataclass(frozen=True)
 class Gain:
-    """The logarithm of the factor between a line and the model, with its standard deviation."""
+    """Logarithm of the factor between a response and the model, with its standard deviation."""
 
     line: int
     log: float
@@ -59,7 +59,7 @@ class Gain:
 
     @property
     def is_significant(self) -> bool:
-        """Whether it is more than chance."""
+        """Whether the factor differs from 1 by more than chance."""
         return abs(self.log) > SIGNIFICANT * self.std
 
 
@@ -69,18 +69,18 @@ Applied = tuple[ComplexArray, Array | ComplexArray, ComplexArray]
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What `lines` are changed by; `prior` are the inverse variances (m) of its coefficients."""
+    """Nuisance term of some `lines`; `prior` are the inverse prior variances (m) of its coefficients."""
 
     lines: tuple[int, ...]
     prior: tuple[float, ...]
 
     def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
-        """Return a line of the model as it is measured."""
+        """Return the model's response `line` with this nuisance, and its derivatives."""
         raise NotImplementedError
 
 
 class ChannelGain(Nuisance):
-    """A factor exp(c) of an output or an input of a test."""
+    """Gain exp(c) of an output or an input channel of a test."""
 
     def applied(self, line: int, G: ComplexArray, c: Array) -> Applied:
         """Return exp(c) G."""
@@ -90,7 +90,7 @@ class ChannelGain(Nuisance):
 
 @dataclass(frozen=True)
 class ChannelDelay(Nuisance):
-    """An output that is late: phase and fall of its last line at w, rad/s, direct parts over the sizes of lines.
+    """Delay of an output channel: phase and attenuation at its last line w, rad/s, and terms without delay.
 
     `u` are s over |s| of the last line, by line.
     """
@@ -113,7 +113,7 @@ class ChannelDelay(Nuisance):
         return d + (G - d) * shape, shape, slopes
 
     def start(self, logs: Sequence[ComplexArray]) -> float:
-        """Return the phase of the last line that leaves least of ln(G/H), its own phase wrapped."""
+        """Return the phase at the last line that explains most of ln(G/H), modulo full turns."""
 
         def distance(phase: float) -> float:
             apart = (logs[line] - phase * u for line, u in self.u.items())
@@ -124,7 +124,7 @@ class ChannelDelay(Nuisance):
 
 @dataclass(frozen=True)
 class OutOfBandModes(Nuisance):
-    """Smooth terms (m, N) of one line in units of its median response, its `size`."""
+    """Smooth terms (m, N) of out-of-band modes in one response, in units of its median, `size`."""
 
     terms: ComplexArray
     size: float
@@ -156,7 +156,7 @@ class Nuisances:
         return any(isinstance(part, ChannelDelay) for part in self.parts)
 
     def added_to(self, line: int, G: ComplexArray, dG: ComplexArray, c: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Return a line as it is measured, and its slopes by parameters (p, N) and coefficients (m, N)."""
+        """Return the model's response with all nuisances, its slopes by parameters (p, N) and coefficients (m, N)."""
         slopes = np.pad(dG, ((0, len(c)), (0, 0)))
         for part, own in zip(self.parts, self._slices, strict=True):
             if line in part.lines:
@@ -166,7 +166,7 @@ class Nuisances:
         return G, slopes
 
     def largest_term(self, c: Array) -> float:
-        """Return the largest root mean square of what terms add to a line, over its median response."""
+        """Return the largest ratio of out-of-band terms (RMS) to the median of their response."""
         parts = zip(self.parts, self._slices, strict=True)
         terms = ((part, c[own] @ part.terms) for part, own in parts if isinstance(part, OutOfBandModes))
         return max((float(np.sqrt(np.mean(np.abs(term) ** 2)) / part.size) for part, term in terms), default=0.0)
@@ -181,7 +181,7 @@ class Nuisances:
         )
 
     def gains(self, c: Array, covariance: Array) -> tuple[Gain, ...]:
-        """Return the factors of lines, from coefficients and their covariance."""
+        """Return the gains of responses, from coefficients and their covariance."""
         count = sum(isinstance(part, ChannelGain) for part in self.parts)  # they come first
         gains = []
         for line in sorted({line for part in self.parts[:count] for line in part.lines}):
@@ -190,7 +190,7 @@ class Nuisances:
         return tuple(gains)
 
     def start(self, logs: Sequence[ComplexArray]) -> Array:
-        """Return coefficients to begin with: factors and delays that leave least of ln(G/H)."""
+        """Return initial coefficients: least-squares gains of ln(G/H), and delays that explain most of its phase."""
         c = np.zeros(len(self.prior))
         gains = [part for part in self.parts if isinstance(part, ChannelGain)]
         if gains:
@@ -204,7 +204,7 @@ class Nuisances:
 
 
 def channel_gains(lines: Sequence[Lines]) -> Nuisances:
-    """Return the factors of outputs and inputs of tests, but for those that the others make up."""
+    """Return gains of outputs and inputs of tests, without linearly dependent ones."""
     groups: dict[tuple[int, str], list[int]] = {}
     for k, line in enumerate(lines):
         for name in (line.measured.output, line.measured.input):
@@ -219,7 +219,7 @@ def channel_gains(lines: Sequence[Lines]) -> Nuisances:
 
 
 def channel_delays(lines: Sequence[Lines], direct: Sequence[int] = ()) -> Nuisances:
-    """Return the delays of outputs, of which lines `direct` have a part that is not late."""
+    """Return delays of outputs; responses `direct` also have a term without delay."""
     outputs: dict[tuple[int, str], list[int]] = {}
     for k, line in enumerate(lines):
         outputs.setdefault((line.test, line.measured.output), []).append(k)
@@ -234,7 +234,7 @@ def channel_delays(lines: Sequence[Lines], direct: Sequence[int] = ()) -> Nuisan
 
 
 def out_of_band_modes(lines: Sequence[Lines], orders: Sequence[int]) -> Nuisances:
-    """Return smooth terms of lines whose outputs are derived so often."""
+    """Return out-of-band terms of responses whose outputs are time derivatives of these orders."""
     modes = []
     for k, (line, order) in enumerate(zip(lines, orders, strict=True)):
         v = line.f / line.f[-1]

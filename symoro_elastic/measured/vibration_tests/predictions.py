@@ -45,7 +45,7 @@ STEP_OF_ZERO = 1e-4  # of differences by zeros, rad or m
 
 @dataclass(frozen=True)
 class PredictedResponse:
-    """G (N) of a measured response, and its slopes (p, N) by ln p; (0, N) without slopes."""
+    """Predicted response G (N), and its slopes (p, N) by ln p; (0, N) without slopes."""
 
     G: ComplexArray
     slopes: ComplexArray
@@ -53,7 +53,7 @@ class PredictedResponse:
 
 @dataclass(frozen=True)
 class PredictedModes:
-    """Frequencies (k), Hz, and damping ratios (k) that belong to measured modes, NaN without one; slopes (p, k)."""
+    """Frequencies (k), Hz, and damping ratios (k) predicted for measured modes, NaN without match; slopes (p, k)."""
 
     f: Array
     zeta: Array
@@ -71,7 +71,7 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Lines:
-    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
+    """A response to be fitted: the lines that count, its standard deviations, and whether they are known."""
 
     measured: MeasuredResponse
     counted: BoolArray
@@ -82,31 +82,31 @@ class Lines:
 
     @property
     def H(self) -> ComplexArray:
-        """The lines that count."""
+        """Measured response at the lines that count."""
         H: ComplexArray = self.measured.H[self.counted]
         return H
 
     @property
     def f(self) -> Array:
-        """Their frequencies, Hz."""
+        """Frequencies of the lines that count, Hz."""
         return self.measured.f[self.counted]
 
     @property
     def size(self) -> float:
-        """Their median, in magnitude."""
+        """Median magnitude of the measured response."""
         return float(np.median(np.abs(self.H)))
 
     def predicted_by(self, predicted: Sequence[Predicted]) -> ComplexArray:
-        """Return the lines that count of the responses predicted of all tests."""
+        """Return the predicted response at the lines that count, from the predictions of all tests."""
         G: ComplexArray = predicted[self.test].responses[self.place].G[self.counted]
         return G
 
 
 class Predictions:
-    """Predictions of tests at any values of the unknowns; what is traced is shared."""
+    """Predictions of tests at any values of the unknowns; traced equations of motion are shared."""
 
     def __init__(self, sought: Sought, tests: Sequence[VibrationTest]) -> None:
-        """Raise `InputError` for signals that the machine, or a motor that is held, has not, modes under drives."""
+        """Raise `InputError` for signals that the machine or a locked motor lacks, and for modes under drives."""
         self.sought, self.tests = sought, tuple(tests)
         for test in tests:
             if test.modes and test.drives:
@@ -124,7 +124,7 @@ class Predictions:
         self.pairs_all = False
 
     def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int | str] = ()) -> Predictions:
-        """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown.
+        """Return predictions of other tests with the same signals; windows of tests `windowed` (w) are unknown.
 
         A name among these is that of a joint whose zero is unknown in all tests.
         """
@@ -133,19 +133,19 @@ class Predictions:
         return other
 
     def with_all_pairs(self) -> Predictions:
-        """Return the same predictions, in which pairs of modes that are in doubt count, as they do far from the end."""
+        """Return the same predictions with uncertain pairs of modes included, as is needed far from the minimum."""
         other = copy.copy(self)
         other.pairs_all = True
         return other
 
     @property
     def start(self) -> Array:
-        """Where the unknowns (p + w) are before any test: those that are sought, and changes of windows."""
+        """Initial values of the unknowns (p + w): logarithms of parameters, and zero changes of windows."""
         return np.concatenate([self.sought.start, np.zeros(len(self.windowed))])
 
     @property
     def prior(self) -> Array:
-        """Inverse variances (p + w) of the unknowns before any test."""
+        """Inverse prior variances (p + w) of the unknowns."""
         return np.concatenate([self.sought.prior, np.full(len(self.windowed), LARGEST_CHANGE**-2)])
 
     def tests_at(self, x: Array) -> tuple[VibrationTest, ...]:
@@ -158,7 +158,7 @@ class Predictions:
         return tuple(tests)
 
     def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
-        """Return the predictions at logarithms x (p,) of the unknowns, and w changes of windows, with slopes by both.
+        """Return the predictions at the unknowns x: logarithms (p,) and w changes of windows, with slopes by both.
 
         Raises `InputError` without equilibrium.
         """
@@ -178,12 +178,12 @@ class Predictions:
         return predicted
 
     def oscillations(self, x: Array) -> list[Oscillations]:
-        """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
+        """Return the oscillations of each test at logarithms x (p,); raises `InputError` without equilibrium."""
         values, motion = self._at_values(x)
         return [oscillations_of(self.linear_at(motion, test, values)) for test in self.tests]
 
     def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
-        """Return the values of the unknowns, and the machine that has them."""
+        """Return the values of the unknowns, and the equations of motion with these values."""
         values = dict(zip(self.sought.labels, np.exp(x[: len(self.sought.unknowns)]).tolist(), strict=True))
         return values, self.motion.at_values({name: values[name] for name in self.parameters})
 
@@ -213,7 +213,7 @@ class Predictions:
         return linear
 
     def _feedbacks_of(self, test: VibrationTest) -> list[Feedback]:
-        """Return the loops of drives that are on in a test; raises `InputError` for a motor without one."""
+        """Return the control loops of the drives that a test switches on; raises `InputError` for a missing drive."""
         for name in test.drives:
             if name not in self._loops:
                 what = f"{name} has none{did_you_mean(name, self._loops)}"
@@ -253,7 +253,7 @@ class Predictions:
         return Predicted(tuple(responses[k] for k in range(len(responses))), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
-        """Return slopes by all unknowns (p + w): by ln p, those of parameters times p, and of unknown gains; zeros."""
+        """Return slopes of the linearization by all unknowns (p + w): logarithms of parameters and of unknown gains."""
         slopes = linear_slopes(linear, self.parameters)
         n, motion = len(linear.kept), linear.motion
         names = (*self.sought.labels, *map(str, self.windowed))
@@ -274,7 +274,7 @@ class Predictions:
 
 
 def _with_change(test: VibrationTest, name: int | str, c: float) -> VibrationTest:
-    """Return a test with another window, or with another zero of a joint that is named."""
+    """Return a test with a changed window, or with a changed zero of the joint `name`."""
     if isinstance(name, str):
         return test.with_zero(name, c)
     return test if test.window is None else replace(test, window=test.window.changed(c))
@@ -292,7 +292,7 @@ def _outputs(test: VibrationTest) -> list[str]:
 
 
 def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
-    """Return the responses that have the same frequencies, by their places."""
+    """Return groups of the indices of responses that have the same frequencies."""
     groups: list[list[int]] = []
     for k, one in enumerate(responses):
         same = [group for group in groups if np.array_equal(responses[group[0]].f, one.f)]
@@ -314,8 +314,8 @@ class Oscillations:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Measured modes (`rows`) and the poles that belong to them (`columns`), their MAC (1 where no shape was measured),
-    and whether no other pole is as near, (pairs,) each."""
+    """Pairs of measured modes (`rows`) and poles (`columns`), their MAC (1 where no shape was measured), and whether
+    no other pole matches as well, (pairs,) each."""
 
     rows: IndexArray
     columns: IndexArray
@@ -324,7 +324,7 @@ class Pairs:
 
 
 def oscillations_of(linear: Linearization) -> Oscillations:
-    """Return what oscillates in a linearization."""
+    """Return the oscillating modes of a linearization: poles with their amplitudes at the outputs."""
     poles, vectors = damped_poles(linear)
     places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
     poles, vectors = poles[places], vectors[:, places]
@@ -333,7 +333,7 @@ def oscillations_of(linear: Linearization) -> Oscillations:
 
 
 def pairs_of_modes(measured: MeasuredModes, own: Oscillations) -> Pairs:
-    """Return the poles that belong to measured modes, by shape and frequency."""
+    """Return pairs of measured modes and poles, assigned by shape and frequency."""
     apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
     cost, mac = apart, np.ones_like(apart)
     if measured.shapes is not None:
@@ -348,7 +348,7 @@ def pairs_of_modes(measured: MeasuredModes, own: Oscillations) -> Pairs:
 
 
 def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
-    """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
+    """Return the predicted modes that match measured ones; uncertain pairs only if `every` counts."""
     own = oscillations_of(slopes.linear)
     pairs = pairs_of_modes(measured, own)
     rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every

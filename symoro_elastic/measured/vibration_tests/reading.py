@@ -47,7 +47,7 @@ def read_tests(path: str | Path, machine: Machine) -> VibrationTests:
 
 
 def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str]]:
-    """Return a test and notes about what was left out."""
+    """Return a test from its file, with notes on what was omitted."""
     test = VibrationTest(
         listed.file, listed.at, listed.hold, listed.pd, listed.averages, listed.validate, drives=listed.drives
     )  # fmt: skip
@@ -140,7 +140,7 @@ def _window(listed: ListedTest, responses: Sequence[MeasuredResponse]) -> Window
 
 
 def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) -> str:
-    """Return the note that a file does not say how exact it is."""
+    """Return a note that a file lacks coherence or averages, which determine the noise."""
     lacking = [response.pair for response in responses if response.coherence is None]
     averages = "averages" if listed.averages is None else "second average" if listed.averages == 1 else ""
     what = " and ".join(filter(None, [f"coherence of {', '.join(lacking)}" if lacking else "", averages]))

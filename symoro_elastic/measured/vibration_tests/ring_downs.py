@@ -37,7 +37,7 @@ DECAYED = 0.3  # exponent by which a mode falls in a record
 
 @dataclass(frozen=True)
 class _Fit:
-    """Decay rates and pulsations (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), their
+    """Fit of a ring-down: decay rates and angular frequencies (k, 2) in 1/s, amplitudes (k, C), residuals (N, C), their
     standard deviations (C,), and -2 ln of their likelihood."""
 
     poles: Array
@@ -88,7 +88,7 @@ def modes_of_ring_down(
 
 
 def _within_range(t: Array, signals: Mapping[str, Array]) -> tuple[Array, Mapping[str, Array], list[str]]:
-    """Return a record from where no signal stays at an end of its range any more, and a note on the samples before."""
+    """Return the record after the last saturated sample, and a note on the omitted samples."""
     staying = {name: stays(x) for name, x in signals.items()}
     named = [name for name, where in staying.items() if where.any()]
     if not named:
@@ -119,7 +119,7 @@ def _refuse_record(t: Array, signals: Mapping[str, Array], source: str) -> None:
 
 
 def _why_none(pole: Array, std: float, duration: float, samples: int) -> str:
-    """Return why a record does not determine a pole; empty where it does."""
+    """Return why a record cannot determine a pole; empty where it can."""
     decay, pulsation = pole
     periods = duration * pulsation / (2 * np.pi)
     if duration * np.hypot(decay, pulsation) > np.pi * (samples - 1):
@@ -132,7 +132,7 @@ def _why_none(pole: Array, std: float, duration: float, samples: int) -> str:
 
 
 def _modes(t: Array, y: Array) -> _Fit:
-    """Return the fit of as many modes as Schwarz's criterion takes."""
+    """Return the fit with the number of modes that Schwarz's criterion (BIC) selects."""
     best = _refined_fit(t, y, np.zeros((0, 2)))
     price = (2 + 2 * y.shape[1]) * np.log(y.size)
     while len(best.poles) < MOST_MODES:
@@ -146,7 +146,7 @@ def _modes(t: Array, y: Array) -> _Fit:
 
 
 def _starts(t: Array, residuals: Array) -> list[Array]:
-    """Return poles at the highest peak of the spectra of residuals, each signal in units of its noise."""
+    """Return candidate poles at the highest peak of the residuals' spectra, each signal scaled by its noise."""
     n = PADDED * len(t)
     spectra = np.abs(np.fft.rfft(residuals / np.sqrt(_powers(residuals, residuals)), n, axis=0)) ** 2
     low = PADDED  # one period in the record
@@ -156,7 +156,7 @@ def _starts(t: Array, residuals: Array) -> list[Array]:
 
 
 def _refined_fit(t: Array, y: Array, poles: Array) -> _Fit:
-    """Return the least misfit near poles, by Gauss and Newton with amplitudes eliminated."""
+    """Return the least-squares fit near given poles, by Gauss-Newton steps with amplitudes eliminated."""
     fit = _amplitudes_fit(t, y, poles)
     for _ in range(MOST_STEPS if len(poles) else 0):
         step = -np.linalg.lstsq(fit.slopes, (fit.residuals / fit.sizes).T.ravel(), rcond=None)[0].reshape(-1, 2)

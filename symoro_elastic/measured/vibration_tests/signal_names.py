@@ -66,7 +66,7 @@ def normal_name(text: str) -> tuple[str, float]:
 
 @dataclass(frozen=True)
 class _Given:
-    """Meaning of a name of a file: signals, the unit of the numbers, None where it is SI; their scale and sign."""
+    """Meaning of a name in a file: signals, unit of the numbers (None if SI), their scale and sign."""
 
     text: str
     unit: str | None
@@ -125,14 +125,14 @@ class Names:
         return output, sign * signal.factor(output_unit(self.machine, output))
 
     def refuse_unused(self, there: Iterable[str]) -> None:
-        """Raise `InputError` for a name in `rename` that is not among those of the file."""
+        """Raise `InputError` for a name in `rename` that the file does not contain."""
         for name, (key, _) in self.rename.items():
             if name not in self.used:
                 what = f"{self.test.file} has no such name; it has {list_of_names(there)}"
                 raise self.test.fail(f"{RENAME.name}, {key}", what)
 
     def _given(self, name: str, unit: str | None, fail: Fail, scale: float = 1.0) -> _Given:
-        """Return the signal that a name of the file means. A unit in `rename` replaces that of the file."""
+        """Return the signal that a name in the file denotes. A unit in `rename` replaces that of the file."""
         if name not in self.rename:
             return _Given(name, unit, scale, fail)
         key, sign = self.rename[name]
@@ -147,7 +147,7 @@ class Names:
         self.known[signal] = name
 
     def _signal(self, find: Callable[[Machine, list[str]], list[Signal]], name: str, fail: Fail) -> str:
-        """Return the full name of a signal that moves."""
+        """Return the full name of a movable signal of the machine."""
         try:
             full = find(self.machine, [name])[0].name
         except InputError as error:

@@ -38,7 +38,7 @@ KP, KD = "kp", "kd"
 
 @dataclass(frozen=True)
 class Sought:
-    """The unknowns of tests of a machine, the machine with damping where it starts, lines about what was assumed."""
+    """Unknowns of tests, the machine with initial damping, and notes on assumptions."""
 
     machine: AnyMachine  # type: ignore[valid-type]
     unknowns: tuple[Unknown, ...]
@@ -46,12 +46,12 @@ class Sought:
 
     @property
     def start(self) -> Array:
-        """The logarithms (p,) of the values at the start."""
+        """Logarithms (p,) of the initial values."""
         return np.log([unknown.nominal for unknown in self.unknowns])
 
     @property
     def prior(self) -> Array:
-        """The inverse variances (p,) of the logarithms by the file."""
+        """Inverse prior variances (p,) of the logarithms."""
         return np.array([unknown.prior_std for unknown in self.unknowns]) ** -2.0
 
     @property
@@ -73,7 +73,7 @@ def sought_of(
     other: OtherData | None,
     tests: Sequence[VibrationTest],
 ) -> Sought:
-    """Return what is sought: every stiffness, damping and viscous friction unless parameters are named in `seek`.
+    """Return the unknowns of tests: every stiffness, damping and viscous friction, or those that `seek` names.
 
     The friction of motors that all tests hold is not. With `other` data, masses and inertias that these
     determine are unknown, too.
@@ -171,12 +171,12 @@ def _with_damping(machine: Machine, test: VibrationTest, seek: Sequence[str]) ->
 
 
 def held_in(test: VibrationTest, motors: Sequence[str]) -> list[str]:
-    """Return the names of the motors that a test holds."""
+    """Return the names of the motors that a test locks."""
     return list(motors) if "all" in test.hold else list(test.hold)
 
 
 def _unknown_gains(motion: EquationsOfMotion, tests: Sequence[VibrationTest]) -> list[Unknown]:
-    """Return the gains that tests do not give, from a servo that is well damped."""
+    """Return the controller gains that tests omit as unknowns, starting from a well-damped servo."""
     motors = list(dict.fromkeys(name for test in tests for name, gains in test.pd.items() if gains is None))
     if not motors:
         return []

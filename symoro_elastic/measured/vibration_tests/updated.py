@@ -42,7 +42,7 @@ CONTRADICTION = (
 
 @dataclass(frozen=True)
 class Settings:
-    """How tests are fitted: what is sought, prior factor, doubt of masses, windows left out, robust or not."""
+    """Settings of an update: parameters to estimate, prior factor, uncertainty of masses, omitted bands, robustness."""
 
     seek: tuple[str, ...] = ()
     factor: float = 2.0
@@ -53,7 +53,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Shown:
-    """How well a response of a test is predicted: median |dB| and relative error of peaks, before and after the fit.
+    """Prediction errors of a test's response: median |dB| and relative error of peaks, before and after the fit.
 
     Of a list of modes, the relative error of frequencies.
     """
@@ -70,7 +70,7 @@ class Shown:
 
 @dataclass(frozen=True, repr=False)
 class Updated(Result):
-    """A machine updated by vibration tests: estimates with verdicts, the fit, and lines about what is in doubt.
+    """A machine updated by vibration tests: estimates with verdicts, the fit, and diagnostic notes.
 
     `tests` were fitted, `unseen` were only predicted.
     """
@@ -90,13 +90,13 @@ class Updated(Result):
 
     @cached_property
     def undetermined(self) -> tuple[str, ...]:
-        """Sentences about what these tests do not determine."""
+        """Sentences about parameters and combinations that these tests cannot determine."""
         fit, unknowns = self.fit, self.sought.unknowns
         return tuple(undetermined_directions(unknowns, fit.x, fit.covariance, self.settings.factor))
 
     @cached_property
     def bands(self) -> tuple[diagnostics.Band, ...]:
-        """Bands in which the model lacks something."""
+        """Bands of large residuals, in which the model is incomplete."""
         return tuple(diagnostics.lacking(self.fit.lines, self.fit))
 
     @property
@@ -109,7 +109,7 @@ class Updated(Result):
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Values by label, as they are saved."""
+        """Estimated values by label, in the precision in which they are saved."""
         return {estimate.unknown.label: float(f"{estimate.value:.{DIGITS}g}") for estimate in self.estimates}
 
     @property
@@ -119,13 +119,13 @@ class Updated(Result):
 
     @cached_property
     def predictions(self) -> tuple[tuple[Predicted, ...], tuple[Predicted, ...]]:
-        """What the machine predicts of all tests, fitted and unseen ones, before and after."""
+        """Predictions of all tests, fitted and validation ones: with initial and with estimated values."""
         predictions = Predictions(self.sought, (*self.tests, *self.unseen))
         return tuple(predictions.at(self.sought.start, False)), tuple(predictions.at(self.fit.x, False))
 
     @cached_property
     def shown(self) -> tuple[Shown, ...]:
-        """How well each response is predicted, before and after."""
+        """Prediction errors of each response with initial and with estimated values."""
         rows = []
         zero = {(line.test, line.place) for line in self.fit.lines}
         for t, (test, before, after) in enumerate(zip((*self.tests, *self.unseen), *self.predictions, strict=True)):
@@ -149,7 +149,7 @@ class Updated(Result):
         return tuple(rows)
 
     def next_tests(self, count: int = 5) -> list[Candidate]:
-        """Return the tests after which the sought parameters are known best, the best one first."""
+        """Return the next tests that reduce the parameters' variances most, the best one first."""
         return next_tests(Predictions(self.sought, self.tests), self.fit.lines, self.fit, count)
 
     def table_of_next(self, candidates: Sequence[Candidate]) -> Table:
@@ -157,7 +157,7 @@ class Updated(Result):
         return table_of(Candidate, candidates, f"{self.machine.name}: the next test")
 
     def saved(self) -> tuple[Machine, list[str]]:
-        """Return the machine with the values found, and lines about those that no machine file holds."""
+        """Return the machine with the estimated values, and notes on values that its file cannot contain."""
         of_machine = {unknown.label: not unknown.is_gain for unknown in self.sought.unknowns}
         values = {label: x for label, x in self.values.items() if of_machine[label]}
         gains = [f"{label} = {x:.4g}" for label, x in self.values.items() if not of_machine[label]]
@@ -189,7 +189,7 @@ def update(
     InputError
         For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
     """
-    fitted = _those_fitted(machine, tests)
+    fitted = _tests_to_fit(machine, tests)
     step("start")
 
     by = partial(sought_of, machine, settings.seek, settings.factor, settings.mass_doubt, other)
@@ -220,21 +220,21 @@ def update(
 def _unseen(
     tests: Sequence[VibrationTest], listed: Sequence[VibrationTest], fitted: Sequence[VibrationTest]
 ) -> tuple[VibrationTest, ...]:
-    """Return the tests that are only predicted, through the windows that the fitted ones were seen through."""
+    """Return the validation tests, with the windows that were found for the fitted tests."""
     windows = {a.window: b.window for a, b in zip(listed, fitted, strict=True)}
     return tuple(replace(test, window=windows.get(test.window, test.window)) for test in tests if test.validate)
 
 
 def _refuse_zero(machine: Machine, tests: Sequence[VibrationTest], lines: Sequence[Lines]) -> None:
-    """Raise `InputError` where no response is left, because all are zero in the model, and no modes are given."""
+    """Raise `InputError` where all responses are zero in the model, and no modes are given."""
     if not lines and not any(test.modes for test in tests):
         pairs = ", ".join(response.pair for test in tests for response in test.responses)
         what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
         raise InputError(machine.label, "tests", what)
 
 
-def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
-    """Return the tests that are fitted; raises `InputError` where none is left, or one is there twice."""
+def _tests_to_fit(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
+    """Return the tests to fit; raises `InputError` where there is none, or one occurs twice."""
     fitted = tuple(test for test in tests if not test.validate)
     if not any(test.responses or test.modes for test in fitted):
         raise InputError(machine.label, "tests", "no test to fit: at least one without validate is needed")
@@ -245,7 +245,7 @@ def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[Vib
 def _doubts(
     tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]], fit: Fit, after: Sequence[Predicted]
 ) -> list[str]:
-    """Return lines about tests that do not go with the model."""
+    """Return diagnostic notes on tests that disagree with the model."""
     return [
         *diagnostics.of_zero_pairs(tests, zero), *([] if fit.gains else diagnostics.of_scale(tests, fit.lines, after)),
         *diagnostics.of_lost_modes(tests, after),
@@ -256,7 +256,7 @@ def _doubts(
 
 
 def _checked_fit(estimator: Estimator, look: Callable[..., None]) -> Fit:
-    """Return the fit; `look` refuses wrong lists of tests, before other hints, and where the model lacks something.
+    """Return the fit; refuses lists of tests with mistakes, by `look` where residuals are large.
 
     Raises `InputError` for files and lists whose mistake is known.
     """

@@ -47,7 +47,7 @@ def _percent(share: float) -> str:
 
 @parts_of.register
 def _(result: Updated) -> Sequence[Part]:
-    """Return the verdict on the model, the table, undetermined directions, predicted tests, notes."""
+    """Return the verdict on the model, and tables of estimates, undetermined directions, tests, notes."""
     reported = [entry for entry in result.estimates if not entry.unknown.is_nuisance]
     predicted = [entry for entry in result.shown if not entry.is_fitted and entry.input]
     tables: list[Part] = [table_of(Shown, result.shown, f"{result.machine.name}: responses", keys=3)]
@@ -68,7 +68,7 @@ def _(result: Updated) -> Sequence[Part]:
 
 
 def _unseen(shown: Sequence[Shown]) -> str:
-    """Return a sentence about tests that were only predicted."""
+    """Return a sentence about tests that were predicted and not fitted."""
     before, after = (sum(getattr(response, name) for response in shown) / len(shown) for name in ("before", "after"))
     count = f"{len(shown)} response{'' if len(shown) == 1 else 's'}"
     return f"{count} that were not fitted: {after:.2g} dB off after the fit, {before:.2g} dB before"
