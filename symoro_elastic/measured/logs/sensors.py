@@ -1,7 +1,7 @@
 """What sensors add to both sides of tau = Y X: constant offsets of torques, and a delay of torques behind positions.
 
 tau(t) measured = tau(t - delay) + offset. Offsets are columns of ones; a delay d + x, near d, is the column of x beside
-torques read d later: tau(t + d) = Y X - x dtau/dt. Where they are sought, their doubt is in all standard deviations.
+torques read d later: tau(t + d) = Y X - x dtau/dt. Where they are estimated, all standard deviations include theirs.
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ def notes_on_sensors(estimation: Estimation, sensors: Sensors, machine: Machine)
         if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
             late, others = ("torques", "behind positions") if e.value > 0 else ("positions", "behind torques")
             what = f"{late} are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {others}"
-            notes.append(f"{what}: compensated, and sought with the parameters")
+            notes.append(f"{what}: compensated, and estimated with the parameters")
     for m, size in sensors.undetermined.items():
         joint = machine.motor_joints[m]
         what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
@@ -211,7 +211,7 @@ def _of_offset(e: Estimate) -> str:
     """Return a note on an estimated offset: its value, or the bound below which it cannot be excluded."""
     if shows(e):
         what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
-        return f"{what}: sought with the parameters"
+        return f"{what}: estimated with the parameters"
     most = abs(e.value) + SIGNIFICANT * e.std
     what = f"torque offsets of {e.unknown.joint} below {most:.2g} {e.unknown.unit} cannot be excluded"
     return f"{what}, so one is estimated (--offsets never if its sensor has none)"

@@ -59,7 +59,7 @@ def _refuse(rows: Sequence[Row], explained: str = "the tests", place: str = "") 
     """Raise `InputError` for the best of some corrections, naming equally good ones; none without corrections."""
     if rows:
         part = "responses" if rows[0].kind is Kind.RESPONSES else "list"
-        what = f"{names_of(rows)}: only so does the model explain {explained}; correct the {part}"
+        what = f"{names_of(rows)}: the model explains {explained} only with this corrected; correct the {part}"
         raise InputError(", ".join(dict.fromkeys(map(files, rows))), place or part, what)
 
 

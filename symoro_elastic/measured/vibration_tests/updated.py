@@ -167,7 +167,7 @@ class Updated(Result):
         masses = [estimate.unknown.label for estimate in self.estimates if estimate.unknown.is_nuisance]
         if masses:
             lines.append(
-                f"{len(masses)} masses and inertias are saved as fitted, within their doubt: stiffness goes with them"
+                f"{len(masses)} masses and inertias are saved as fitted, within --mass-doubt: stiffnesses go with them"
             )
         return with_values(self.sought.machine, values), lines
 

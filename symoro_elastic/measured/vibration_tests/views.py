@@ -53,7 +53,9 @@ def _(result: Updated) -> Sequence[Part]:
     tables: list[Part] = [table_of(Shown, result.shown, f"{result.machine.name}: responses", keys=3)]
     doubted = len(result.estimates) - len(reported)
     masses = (
-        [f"{doubted} masses and inertias were doubted by {100 * result.settings.mass_doubt:g} %"] if doubted else []
+        [f"{doubted} masses and inertias had a prior standard deviation of {100 * result.settings.mass_doubt:g} %"]
+        if doubted
+        else []
     )
     sentences = [_unseen(predicted)] if predicted else []
     return [

@@ -416,7 +416,7 @@ def refuse_unfit(bound: Bound, motor_chains: Sequence[Chain], damped: bool) -> N
     if not all(map(is_zero, bound.cells(motion))):
         _refuse(bound, "base", "it moves, and derivatives of its motion by time are not known: give a base at rest")
     if not bound.motors:
-        _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
+        _refuse(bound, "joints", "there is no motor whose torque could be determined: make a joint a motor")
     _refuse_loops(bound)
     driven = {j for chain in motor_chains for j in chain.joints}
     for j in machine.independent:

@@ -88,7 +88,7 @@ def test_a_wrong_list_is_refused_by_its_mistake(name: str, wrong: Wrong, said: s
     tables, right = right_tests(name)
     with pytest.raises(se.InputError) as error:
         se.update(tables, [wrong(test) for test in right])
-    assert said in str(error.value) and "only so does the model explain the tests" in str(error.value)
+    assert said in str(error.value) and "the model explains the tests only with this corrected" in str(error.value)
 
 
 @pytest.mark.thorough

@@ -94,7 +94,11 @@ def test_a_wrong_list_of_modes_is_refused_by_its_mistake(of: Wrong, said: str) -
     with pytest.raises(se.InputError) as error:
         se.update(start(), wrong(right(), of))
     line = str(error.value)
-    assert line.startswith("modal 1: modes: ") and said in line and "only so does the model explain them" in line
+    assert (
+        line.startswith("modal 1: modes: ")
+        and said in line
+        and "the model explains them only with this corrected" in line
+    )
 
 
 @pytest.mark.thorough

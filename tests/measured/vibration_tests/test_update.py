@@ -234,7 +234,7 @@ def test_exchanged_axes_are_named() -> None:
     wrong = [replace(one, output=names.get(one.output, one.output)) for one in test.responses]
     with pytest.raises(se.InputError) as error:
         se.update(arm.tables, [replace(test, responses=tuple(wrong))])
-    said = "are written with tool.ay and tool.ax exchanged: only so does the model explain the tests"
+    said = "are written with tool.ay and tool.ax exchanged: the model explains the tests only with this corrected"
     assert said in str(error.value)
 
 
