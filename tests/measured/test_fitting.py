@@ -81,7 +81,7 @@ def covariance_along(*free: tuple[float, ...]) -> np.ndarray:
         # d(p1 + p2) = p1 d ln p1 + p2 d ln p2 = 0
         ((5.0, -2.0), "in parallel: these tests determine only k1 + k2"),
         ((1.0, 1.0), "together: these tests determine only k"),
-        ((1.0, -0.9), "are not distinguishable: "),
+        ((1.0, -2.0), "are not distinguishable: "),  # the slope of springs in series is -0.4, not -0.5
         ((0.0, 1.0), "these tests do not determine k2: its value is close to the initial"),
     ],
 )
@@ -89,6 +89,19 @@ def test_a_free_direction_of_two_springs_is_said(direction: tuple[float, float],
     x = np.log([2.0, 5.0])
     (said,) = undetermined_directions(unknowns("k1", "k2"), x, covariance_along(direction), 10.0)
     assert sentence in said
+
+
+@pytest.mark.parametrize(("std", "said"), [(0.45, 0), (0.52, 1)])
+def test_a_direction_is_undetermined_beyond_half_of_the_prior(std: float, said: int) -> None:
+    covariance = np.diag([(std * math.log(10.0)) ** 2, KNOWN])
+    assert len(undetermined_directions(unknowns("k1", "k2"), np.zeros(2), covariance, 10.0)) == said
+
+
+def test_single_parameters_are_said_before_pairs() -> None:
+    covariance = covariance_along((1.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
+    first, second = undetermined_directions(unknowns("k1", "k2", "k3", "k4"), np.zeros(4), covariance, 10.0)
+    assert first == "these tests do not determine k3: its value is close to the initial"
+    assert second.startswith("k1 and k2 together") or second.startswith("k2 and k1 together")
 
 
 def test_changes_of_three_parameters_that_data_do_not_show_have_their_ratios() -> None:
@@ -132,9 +145,9 @@ def test_residuals_of_evidence_have_slopes_and_contradict_once_in_a_thousand() -
     assert r @ r == pytest.approx(apart @ np.linalg.solve(covariance, apart))
     expected = np.array([[3.0, 0.0], [1.5, 0.0], [0.0, 3 * 2.1**2]]) @ evidence.root.T
     assert np.abs(slopes - expected).max() < 1e-8
-    alone = Evidence.of(lambda x: x, np.zeros(1), np.array([[4.0]]))
-    border = 2.0 * math.sqrt(largest_chi2(1))
-    assert alone.contradicts(np.array([1.001 * border])) and not alone.contradicts(np.array([0.999 * border]))
+    two = Evidence.of(lambda x: x, np.zeros(2), 4.0 * np.eye(2))
+    border = 2.0 * math.sqrt(2 * largest_chi2(2)) * np.array([0.6, 0.8])
+    assert two.contradicts(1.001 * border) and not two.contradicts(0.999 * border)
 
 
 def row(name: str, family: str = "") -> Correction[float]:
