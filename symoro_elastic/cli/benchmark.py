@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
 
 
-class Verdict(Options):
+class Advising(Options):
     """Options of the recommended build: accepted error, -ffast-math, and whether every build is printed."""
 
     tolerance: float = option(1e-12, "X", "Relative error that is accepted.", kinds.NUMBER, above=0)
@@ -40,11 +40,13 @@ class Verdict(Options):
 @MACHINE
 @takes(Trading)
 @takes(Reading, "reading", "base")
-@takes(Verdict, "verdict")
+@takes(Advising, "advising")
 @draws
 @writes
 @JSON
-def benchmark(machine: str, options: Trading, reading: Reading, verdict: Verdict, plots: Plots, as_json: bool) -> None:
+def benchmark(
+    machine: str, options: Trading, reading: Reading, advising: Advising, plots: Plots, as_json: bool
+) -> None:
     """Compare precisions, compilers and flags, batches, base parameters, constants: each point on this computer.
 
     An error is relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand;
@@ -57,16 +59,16 @@ def benchmark(machine: str, options: Trading, reading: Reading, verdict: Verdict
     full_machine = read_for(options, machine, reading)
     measured = _measure(full_machine, options)
     words = [machine, *_as_words(options, reading.base)]
-    plots.write(partial(_figures, measured, verdict.fast_math))
+    plots.write(partial(_figures, measured, advising.fast_math))
     failed, advised = None, None
     try:
-        advised = measured.advice(verdict.tolerance, fast_math=verdict.fast_math)
+        advised = measured.advice(advising.tolerance, fast_math=advising.fast_math)
     except InputError as error:
         failed = error
     if as_json:
-        print_json(trade_json(measured, advised, words, verdict.fast_math))
+        print_json(trade_json(measured, advised, words, advising.fast_math))
     else:
-        _print(measured, advised, words, verdict)
+        _print(measured, advised, words, advising)
     if failed:
         raise failed
 
@@ -102,11 +104,11 @@ def _measure(machine: Machine, options: Trading) -> Trade:
         return call(api.benchmark, machine, options, watched=progress)
 
 
-def _print(measured: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
+def _print(measured: Trade, advised: Advice | None, words: Sequence[str], advising: Advising) -> None:
     from symoro_elastic.analysis.trade_off.advice import commands, sentence
     from symoro_elastic.analysis.trade_off.views import trade_parts
 
-    print_parts(trade_parts(measured, verdict.fast_math, verdict.points))
+    print_parts(trade_parts(measured, advising.fast_math, advising.points))
     for line in measured.notes:
         note(line)
     if advised:

@@ -196,7 +196,7 @@ def _round_number(x: float) -> float:
 
 # Which unknowns of an FMU depend on which knowns: exactly what their equations hold.
 @dataclass(frozen=True)
-class Unknown:
+class Dependency:
     """An unknown of an FMU and the references of its knowns; `kinds` where it depends on them linearly, else empty."""
 
     reference: int
@@ -212,9 +212,9 @@ class Unknown:
 class Structure:
     """Outputs, derivatives, and unknowns of the initialization, which depend on parameters too."""
 
-    outputs: tuple[Unknown, ...]
-    derivatives: tuple[Unknown, ...]
-    initial: tuple[Unknown, ...]
+    outputs: tuple[Dependency, ...]
+    derivatives: tuple[Dependency, ...]
+    initial: tuple[Dependency, ...]
 
 
 def structure_of(programs: Programs, layout: Layout) -> Structure:
@@ -234,10 +234,10 @@ def structure_of(programs: Programs, layout: Layout) -> Structure:
         roots = [x for result in trace.results.values() for x in result.entries]
         outputs += _unknowns(layout.block("Y"), roots, symbols)
     velocities = [
-        Unknown(rate.reference, (state.reference,), ("constant",))
+        Dependency(rate.reference, (state.reference,), ("constant",))
         for rate, state in zip(layout.block("DER_Q"), layout.block("QD"), strict=True)
     ]
-    states = [Unknown(x.reference, (x.reference,), ("constant",)) for x in layout.states if x.causality == "output"]
+    states = [Dependency(x.reference, (x.reference,), ("constant",)) for x in layout.states if x.causality == "output"]
     return Structure(
         (*states, *(_without(unknown, parameters) for unknown in outputs)),
         (*velocities, *(_without(unknown, parameters) for unknown in derivatives)),
@@ -247,9 +247,9 @@ def structure_of(programs: Programs, layout: Layout) -> Structure:
 
 def _unknowns(
     variables: Sequence[Variable], roots: Iterable[Scalar], symbols: Mapping[str, frozenset[int]]
-) -> list[Unknown]:
+) -> list[Dependency]:
     return [
-        Unknown(variable.reference, tuple(sorted(_symbol_references(root, symbols))))
+        Dependency(variable.reference, tuple(sorted(_symbol_references(root, symbols))))
         for variable, root in zip(variables, roots, strict=True)
     ]
 
@@ -286,8 +286,8 @@ def _pairs(symbols: Sequence[str], variables: Sequence[Variable]) -> dict[str, i
     return dict(zip(symbols, (variable.reference for variable in variables), strict=True)) if symbols else {}
 
 
-def _without(unknown: Unknown, left_out: set[int]) -> Unknown:
-    return Unknown(unknown.reference, tuple(x for x in unknown.knowns if x not in left_out))
+def _without(unknown: Dependency, left_out: set[int]) -> Dependency:
+    return Dependency(unknown.reference, tuple(x for x in unknown.knowns if x not in left_out))
 
 
 def measures_loads(machine: Machine) -> bool:
