@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
@@ -192,3 +193,36 @@ def test_a_universal_joint_turns_as_the_textbook_says() -> None:
         _, _, q_out = closed_form(described, {described.independent[0]: q_in})
         wanted = math.tan(q_in) / math.cos(0.4)
         assert math.isclose(math.tan(q_out + math.pi / 2), wanted, rel_tol=4e-15 / abs(math.sin(2 * q_in)))
+
+
+SCREWS = """
+name = "screws"
+gravity = [0.3, -4, -9]
+joints = [
+  { name = "table", antecedent = 0, kind = "motor", sigma = 0, alpha = 0.3, theta = "q1" },
+  { name = "nut", antecedent = "table", kind = "coupled", sigma = 1, r = "0.1*q1" },
+  { name = "slide", antecedent = 0, kind = "coupled", sigma = 1, alpha = 0.3, r = "0.1*q1" },
+  { name = "ring", antecedent = "slide", RING },
+  { name = "pin", antecedent = "nut", kind = "cut", sigma = 2, r = 0.1, theta = 0.4 },
+  { name = "pin_end", antecedent = "ring", kind = "fixed", sigma = 2, r = 0.1 },
+]
+[bodies]
+table = { mass = 2, center_of_mass = [0.1, 0.05, 0.02], inertia = [0.1, 0.2, 0.2] }
+ring = { mass = 1, center_of_mass = [0.1, 0, 0.1], inertia = [0.1, 0.2, 0.3] }
+nut = { mass = 3, center_of_mass = [0.1, 0.2, 0.1], inertia = [0.1, 0.2, 0.3] }
+"""
+
+
+def test_a_single_turn_undoes_all_other_joints() -> None:
+    """The ring turns with the table, 0.4 rad ahead, as it does where its cell says so."""
+    by_loop = SCREWS.replace("RING", 'kind = "passive", sigma = 0, theta = "q2"')
+    by_loop += '[loops]\nbridge = { cut = "pin", meets = "pin_end", start = { q1 = 0.3, q2 = 0.7 } }\n'
+    by_cell = SCREWS.replace("RING", 'kind = "coupled", sigma = 0, theta = "q1 + 0.4"')
+    by_cell = "\n".join(line for line in by_cell.split("\n") if "pin" not in line)
+    described = toml.read(by_loop, "screws.toml")
+    assert [plan.form for plan in plan_of(described).loops] == [Form.ONE]
+    one, other = (se.load(toml.read(text, "screws.toml"), "inverse_dynamics") for text in (by_loop, by_cell))
+    for q in (0.3, -2.0, 1.2):
+        assert closed_form(described, {described.independent[0]: q})[-1] == pytest.approx(q + 0.4, abs=1e-15)
+        state = [np.array([x]) for x in (q, 1.3, -0.7)]
+        np.testing.assert_allclose(one.inverse_dynamics(*state), other.inverse_dynamics(*state), rtol=1e-13)

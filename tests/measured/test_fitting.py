@@ -78,6 +78,7 @@ def covariance_along(*free: tuple[float, ...]) -> np.ndarray:
     [
         # d(1/p1 + 1/p2) = -(d ln p1)/p1 - (d ln p2)/p2 = 0, with p1 = 2, p2 = 5
         ((2.0, -5.0), "in series: these tests determine only 1/k2 + 1/k1"),
+        ((2.0, -4.6), "in series: these tests determine only 1/k2 + 1/k1"),  # nearly
         # d(p1 + p2) = p1 d ln p1 + p2 d ln p2 = 0
         ((5.0, -2.0), "in parallel: these tests determine only k1 + k2"),
         ((1.0, 1.0), "together: these tests determine only k"),

@@ -558,6 +558,18 @@ REFUSED: dict[str, tuple[list[Row], int, str]] = {
     "d6": ([*SHOULDER, FOREARM, QUARTER, (R, {"alpha": 1, "d": 0.1})], 4, "d6 is not zero"),
     "alpha5": ([*SHOULDER, FOREARM, (R, {"d": 0.2}), QUARTER], 4, "the sine of alpha5 is zero"),
     "slide": ([*SHOULDER, FOREARM, (P, {"alpha": 1}), QUARTER], 5, "joint 5 is prismatic"),
+    "slides before parallel axes": (
+        [
+            (P, {"d": 0.2}),
+            (P, {"alpha": "pi/2"}),
+            (R, {"r": 0.2}),
+            (R, {"d": 0.5}),
+            (R, {"alpha": 1, "d": 0.4}),
+            QUARTER,
+        ],
+        4,
+        "d5 is not zero",
+    ),
     "skew": (
         [(R, {}), (R, {"alpha": 1, "d": 0.3}), (R, {"alpha": 1, "d": 0.2}), FOREARM, QUARTER, QUARTER],
         1,
