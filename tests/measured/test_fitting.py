@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from symoro_elastic.foundation.results import json_of, table_of
 from symoro_elastic.measured.fitting.corrections import (
     MOST_NAMED,
     MOST_REFITTED,
@@ -43,6 +44,22 @@ def test_estimates_of_logarithms_have_values_and_verdicts_by_the_prior() -> None
     assert [x.std for x in found] == pytest.approx(std * [2.0, 300.0, 5e6])
     assert [x.verdict for x in found] == [Verdict.IDENTIFIED, Verdict.POOR, Verdict.NOT]
     assert [x.unknown.label for x in found] == ["a", "b", "c"]
+
+
+def test_estimates_are_shown_with_the_value_of_the_file_unless_that_is_a_guess() -> None:
+    group = Unknown("IA1", "kg m2", nominal=0.25, formula="IA1 + ZZ1")
+    guess = Unknown("k", "N/m", nominal=3.0, of_file=False)
+    rows = [Estimate(group, 0.5, 0.015625, Verdict.IDENTIFIED), Estimate(guess, -8.0, 4.0, Verdict.POOR, "why")]
+    assert table_of(Estimate, rows).rows == [
+        ("IA1", "0.25", "0.5", "3.1", "kg m2", "identified"),
+        ("k", "-", "-8", "50", "N/m", "poorly identified"),
+    ]
+    first, second = map(json_of, rows)
+    assert first == {
+        "formula": "IA1 + ZZ1", "file": 0.25, "value": 0.5, "std": 0.015625, "relative_std": 0.03125, "unit": "kg m2",
+        "verdict": "identified", "reason": "",
+    }  # fmt: skip
+    assert second["formula"] == "k" and second["file"] is None and second["reason"] == "why"
 
 
 def test_an_estimate_of_zero_is_never_identified() -> None:
