@@ -92,6 +92,7 @@ def test_torques_stay(name: str) -> None:
         assert np.abs(one - other).max() < TORQUES * np.abs(one).max()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["sr400", "press", "coupled_wrist"])
 def test_the_order_of_rows_does_not_matter(name: str) -> None:
     one, other = (checked_grouping(some)[0].count for some in (machine(name), reordered(machine(name))))

@@ -177,6 +177,7 @@ def test_in_double_precision_it_has_the_bits_of_c(name: str, tmp_path: Path) -> 
     assert differing(name, DOUBLE, tmp_path) == []
 
 
+@pytest.mark.thorough
 @NEEDS_C
 @pytest.mark.parametrize("name", ["random", *LIMBS])
 def test_in_single_precision_it_has_the_bits_of_c(name: str, tmp_path: Path) -> None:

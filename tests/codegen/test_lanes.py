@@ -149,6 +149,7 @@ def test_text_is_carried_out_as_the_graph_has_it() -> None:
             assert in_printed_order(function.program)[0] is function.program
 
 
+@pytest.mark.thorough
 def test_joints_and_quantities_keep_their_names() -> None:
     text = render_c(package_of(humanoid(), INVERSE))["humanoid.c"]
     assert "const lanes2 qd2 = {qd[1], qd[7]};" in text

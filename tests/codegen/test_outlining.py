@@ -180,6 +180,7 @@ def with_parameters(machine: Machine, names: dict[str, str]) -> Machine:
     return replace(machine, joints=joints, parameters=parameters)
 
 
+@pytest.mark.thorough
 def test_functions_compile_without_a_warning(outlined: None, tmp_path: Path) -> None:
     strict = (*STRICT, "-Wconversion", "-Wshadow", "-Wundef", "-Wstrict-prototypes", "-O1")
     compile_library(render_c(package_of(16, INVERSE, ALL), MIXED), tmp_path, flags=strict)

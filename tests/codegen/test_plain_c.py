@@ -92,6 +92,7 @@ def compiled(texts: dict[str, str], folder: Path, *command: str) -> None:
 # Text
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(16)
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)
@@ -124,6 +125,7 @@ def test_loops_and_branches_have_braces(name: str) -> None:
     assert all(line.endswith("{") for line in lines if re.match(r"(if|for|while|\} else)\b", line))
 
 
+@pytest.mark.sampled(20)
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)
 def test_names_begin_with_that_of_the_machine(name: str, precision: Precision, tmp_path: Path) -> None:
@@ -190,7 +192,7 @@ int main(void)
 # Compilers
 
 
-@pytest.mark.sampled(30)
+@pytest.mark.sampled(60)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)

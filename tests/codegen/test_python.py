@@ -498,6 +498,7 @@ def test_names_of_modules_are_refused() -> None:
             render_python(replace(packaged(), name=name))
 
 
+@pytest.mark.thorough
 def test_the_module_has_room_for_the_arrays_of_all_functions(loaded: Any) -> None:
     packages = [loaded(example).package for example in MODELS]
     packages += [loaded(example, with_steps=True).package for example in STEPS]
@@ -554,6 +555,7 @@ def test_long_chains_are_computed_in_small_blocks(tmp_path: Path) -> None:
         assert same(function(*values, p), of.c(name, *values, p))
 
 
+@pytest.mark.thorough
 def test_machines_of_one_name_are_apart() -> None:
     """The module that calls them is one; each has the numbers of its own library."""
     first, second = (

@@ -358,6 +358,7 @@ def test_interpreted_text_has_the_bits_of_c(case: str, tmp_path: Path) -> None:
     assert len(off) >= 2
 
 
+@pytest.mark.thorough
 def test_single_precision_has_the_bits_of_c_but_for_sines(tmp_path: Path) -> None:
     """The library's sines of floats are not always the rounded ones, which the interpreter takes."""
     (made,) = render_st(package("missing values"), SINGLE).values()

@@ -68,6 +68,7 @@ def test_frequencies_without_joints_are_those_of_the_equation(tip: tuple[float, 
     np.testing.assert_allclose(bar.exact[:4], clamped_bar(tip[0], 4), rtol=1e-11)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(12))
 def test_predicted_errors_are_those_of_the_machine(seed: int) -> None:
     """Of drawn rules and numbers of joints; joints of the last frequency of a rule too."""
@@ -84,6 +85,7 @@ def test_predicted_errors_are_those_of_the_machine(seed: int) -> None:
     assert predicted == pytest.approx(max(measured, abs(compliance - 1)), rel=1e-4)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(12, 24))
 def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
     """And fewer joints of the same rule are not, unless there are none."""

@@ -263,6 +263,7 @@ def test_names_declared_are_no_variables() -> None:
         assert par.read(text + line, "").joints[0].variable == "q1"
 
 
+@pytest.mark.thorough
 def test_long_lines_take_no_time() -> None:
     assert "is not an entry" in message("a" * 5_000_000)
     assert "never closed" in message("(*" * 2_000_000)

@@ -65,6 +65,7 @@ def test_four_joints_give_three_frequencies(tip: tuple[float, float]) -> None:
     assert np.all(np.abs(errors('"y"', "", tip, 3)) < [0.02, 0.02, 0.13])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("keys", "bounds"),
     [
@@ -127,6 +128,7 @@ pivot = {{ along = "x", length = {LENGTH}, EI = 3, mass_per_length = {LINE_MASS}
     assert 5e-3 < worst["fitted"] < 0.02
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("keys", ["", ", joints = 2", ", joints = 3", ", joints = 5", ', rule = "gauss"'])
 def test_tip_compliance_is_exact(keys: str) -> None:
     C = se.stiffness(beam('"y", "z", "torsion", "axial"', keys, 1.0), frame="tip").compliance
@@ -217,6 +219,7 @@ wall = { along = "z", length = "L", section = { tube = ["D", "Di"] }, E = "modul
     assert slopes["D"] + slopes["Di"] == pytest.approx(1, abs=1e-5)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("along", [sign + axis for sign in ("", "-") for axis in "xyz"])
 @pytest.mark.parametrize("bends", ["torsion", "axial", "first second", "second torsion axial first"])
 def test_a_beam_at_rest_is_a_rigid_body(along: str, bends: str) -> None:
@@ -333,6 +336,7 @@ def test_corrected_springs_are_written_beside_the_beam(tmp_path: Path) -> None:
     assert read(text).joints == joints
 
 
+@pytest.mark.thorough
 def test_a_cell_carries_a_beam() -> None:
     """The springs of both are there, and a beam on a cell is one on a fixed row that the cell carries."""
     cell = ARM.replace('"motor", sigma = 1, axis = "x"', '"elastic", sigma = 6')

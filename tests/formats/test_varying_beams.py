@@ -111,6 +111,7 @@ wall = {{ along = "x", E = {E}, density = {DENSITY}, bends = ["y"], {keys} }}
     return machine
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(12))
 def test_predicted_errors_are_those_of_finite_elements(seed: int) -> None:
     drawn = Drawn(seed)
@@ -134,6 +135,7 @@ def test_chosen_joints_are_within_the_tolerance(seed: int) -> None:
     assert f" % up to {highest:g} Hz" in by_first_cell(beams_table(machine))["wall"]["predicted errors"]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [0, 1, 4, 5, 9, 17])
 def test_four_fitted_joints_give_three_frequencies(seed: int) -> None:
     """The bounds that docs/flexible.md states, without shear; elements are within 0.01 %."""
@@ -158,6 +160,7 @@ TUBE, ROD, L = np.array([0.1, 0.08]), np.array([0.07]), (0.6, 0.4)
 STEPPED = "pieces = [{ length = 0.6, section = { tube = [0.1, 0.08] } }, { length = 0.4, section = { rod = 0.07 } }]"
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("rule", ["fitted", "gauss"])
 @pytest.mark.parametrize("shear", [False, True])
 @pytest.mark.parametrize("joints", [3, 5])

@@ -140,6 +140,7 @@ def cells_of(machine: Machine) -> list[tuple[int, ...]]:
 MODELS = ("direct_dynamics", "inverse_dynamics")
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", MACHINES)
 def test_against_50_digits(name: str, model: str) -> None:

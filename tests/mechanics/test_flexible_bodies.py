@@ -473,6 +473,7 @@ def test_modal_quantities_have_names() -> None:
     assert not re.search(r"\b\d\.\d+e-(1[89]|2\d)\b", text), "sums that cancel are zero, no rounding"
 
 
+@pytest.mark.thorough
 def test_base_parameters_are_not_offered() -> None:
     shown = run("show", EXAMPLES / "flexible_arm.toml")
     assert "base inertial parameters: not offered for bodies that bend by modes" in shown.output

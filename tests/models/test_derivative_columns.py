@@ -55,6 +55,7 @@ def columns(model: TracedModel, machine: Machine) -> dict[tuple[str, str], Any]:
     return {(name, label): values[name][:, k] for name in values for k, label in enumerate(labels[name])}
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", [INVERSE_BY_P, DIRECT_BY_P])
 @pytest.mark.parametrize("machine", VARIOUS)

@@ -273,6 +273,7 @@ def test_columns_are_parameters_that_matter() -> None:
     assert set(traced.results["dqdd_dp"].column_labels) == {"K2", "L1"}
 
 
+@pytest.mark.thorough
 def test_generated_code_gives_what_the_equations_give() -> None:
     """C and numpy against 50 digits, at moderate and extreme states; and the rows that a scene asks for."""
     scene = Scene(models=tuple(model.name for model in DERIVATIVES), outputs={DIRECT: ("joint2",)})

@@ -57,6 +57,7 @@ def test_only_what_depends_on_missing_values_is_left_open() -> None:
     assert cells["z, m"] == ("0", "0", "0", "-", "-", "-")
 
 
+@pytest.mark.thorough
 def test_show_prints_axes_at_a_position() -> None:
     found = json.loads(run("show", TWO_AXIS, "--json", "--at", "motor_x=0.1", "--at", "q9=0.2").stdout)
     assert found["position"]["motor_x"] == 0.1 and found["position"]["motor_y"] == 0.2

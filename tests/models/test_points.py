@@ -73,6 +73,7 @@ VARIOUS = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("machine", "scene"), VARIOUS)
 def test_a_point_is_a_fixed_row_there(machine: Machine, scene: Scene, tmp_path: Path) -> None:
     """C and numpy against 50 digits of the machine with rows at the points; its own frame is there too."""
@@ -168,6 +169,7 @@ def test_only_the_parameters_of_the_point_enter() -> None:
     assert "reach" in traced.program.used and "height" not in traced.program.used
 
 
+@pytest.mark.thorough
 def test_check_knows_points() -> None:
     """The 50-digit reference of `check` places points by products of 4 x 4 matrices."""
     outputs = ("joint3 at (reach, -height, 0.1) in joint2", "joint2 at (0, height^2, 0)", "base at (1, 2, 3) in joint3")

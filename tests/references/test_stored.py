@@ -16,6 +16,7 @@ ARM = planar_2r()
 Q, QD, _ = random_state(ARM, 0)
 
 
+@pytest.mark.thorough
 def test_a_stored_result_is_read_in_its_digits() -> None:
     inertia, bias = stored(inertia_and_bias, ARM, Q, QD)
     wanted_inertia, wanted_bias = inertia_and_bias(ARM, Q, QD)

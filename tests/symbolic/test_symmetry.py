@@ -37,6 +37,7 @@ def value_of(vector: Vector, lane: int, values: Mapping[int, float], constants: 
     return -numbers[0] if first.operation == "neg" else APPLIED[first.operation](*numbers)
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize("symbolic", [False, True])
 @pytest.mark.parametrize("copies", [2, 4, 6])

@@ -216,6 +216,7 @@ def test_two_modes_at_low_speeds(speed: float) -> None:
     assert place.least <= place.depths[0] < place.least * (1 + 1e-3)
 
 
+@pytest.mark.thorough
 def test_few_responses_are_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some thousand for the machine, and 30 a speed, however low: turns of e^(-i w T) are not counted."""
     counted, eigenvalues = [0], lobes._Tool.eigenvalues

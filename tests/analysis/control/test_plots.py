@@ -26,6 +26,7 @@ def test_open_loops_are_in_decibels_with_their_margins() -> None:
         assert angle[0] % 360 == 180 and abs(angle[1] - angle[0]) == pytest.approx(margins.phase, abs=1.0)
 
 
+@pytest.mark.thorough
 def test_the_line_to_the_nearest_point_is_as_long_as_the_modulus_margin() -> None:
     result = se.control(EXAMPLES / "ball_screw.toml", damping=0.02)
     axis = result.places[0].axes[0]

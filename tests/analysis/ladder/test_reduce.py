@@ -97,6 +97,7 @@ def test_feeding_the_torques_of_the_full_model_changes_nothing() -> None:
     assert same == {"tip.x": 0.0, "tip.y": 0.0}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.thorough)])
 def test_a_constant_torque_error_under_drives_has_the_predicted_effect(seed: int) -> None:
     """A share of each motor in turn, from a ramp on: below the tolerance, and above a hundredth of it."""
@@ -130,6 +131,7 @@ def test_both_purposes_have_one_table_and_two_scenes(tmp_path: Path) -> None:
         assert run("simulate", str(TWO_AXIS), "--scene", str(tmp_path / name)).exit_code == 0
 
 
+@pytest.mark.thorough
 @needs_gcc
 @pytest.mark.parametrize("precision", ["double", pytest.param("single", marks=pytest.mark.thorough)])
 def test_costs_on_a_processor_are_those_of_the_generated_code(

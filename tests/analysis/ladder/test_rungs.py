@@ -114,6 +114,7 @@ def test_advice_names_what_stays_and_what_follows() -> None:
     assert ", ".join(rung.left_out) in sentence and "\n" not in sentence
 
 
+@pytest.mark.thorough
 def test_single_precision_is_enough_where_it_takes_little_of_the_tolerance() -> None:
     assert arithmetic_line(found()).endswith(" to tool.x: mixed precision is enough")
     tight = replace(found(), tolerance=dict.fromkeys(TOLERANCE, 1e-9))

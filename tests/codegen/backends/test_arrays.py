@@ -23,6 +23,7 @@ def on_library(library: Any, example: str, *models: str) -> Any:
     return on(lambda package, module: on_arrays(package, module, library), example, *models)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("example", ["two_axis.toml", "planar_2r.toml"])
 def test_results_are_those_of_the_functions_on_numpy(example: str) -> None:
     """With known parameters, and with a row of them for each state."""

@@ -147,6 +147,7 @@ def test_bytes_that_are_no_state_are_errors(path: Path, short_of_steps: Path, ca
         one.step(0.01, 0.01)
 
 
+@pytest.mark.thorough
 def test_values_below_their_least_are_warned_of_once(arm: Path, capfd: Output) -> None:
     with running(arm, CO_SIMULATION) as one:
         one.set(dict.fromkeys(one.named("parameter"), -5.0))

@@ -66,6 +66,7 @@ def scores(result: Identification) -> Array:
     return np.array([z for z, _ in logs.deviations(result, logs.truth_of(logs.CASES["plain"])).values()])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("late", "torques", "seed"),
     [
@@ -84,6 +85,7 @@ def test_a_late_column_of_two_joints_is_no_delay_of_all_torques(
     assert np.abs(scores(result)).max() < 4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("late", "torques"), [((2.5, 0.0), 0.0), pytest.param((0.0, 0.4), 0.006, marks=pytest.mark.thorough)]
 )

@@ -327,6 +327,7 @@ def test_certificates_as_data() -> None:
     assert repr(found).startswith("<Certificates of pendulum: inverse_dynamics")
 
 
+@pytest.mark.thorough
 def test_the_command(tmp_path: Path) -> None:
     path = tmp_path / "pendulum.toml"
     se.write(se.read(HINGE), path)

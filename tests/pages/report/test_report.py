@@ -91,6 +91,7 @@ def test_heads_have_units_and_numbers_stand_below_each_other(page: str) -> None:
     assert len({len(tail) for tail in tails}) == 1
 
 
+@pytest.mark.thorough
 def test_names_and_notes_are_text(page: str) -> None:
     assert "a &lt;b&gt;note&lt;/b&gt; &amp; more" in page
     assert "<b>note" not in page
