@@ -87,7 +87,7 @@ def _mistake(function: Callable[..., object], bound: Signature, args: Sequence[A
 
 
 def _meant(function: Callable[..., object], name: str, parameters: Collection[str]) -> str:
-    """Return the hint about an unknown argument in a message: its present form, `read`, or the closest name."""
+    """Return the hint on an unknown argument: its new form, that `read` accepts it, or the closest of `parameters`."""
     record = getattr(function, "options", None)
     for row in options(record) if record else ():
         for old in (*row.formerly, *row.gone):
@@ -100,7 +100,7 @@ def _meant(function: Callable[..., object], name: str, parameters: Collection[st
 
 
 def argument(option: str, names: Collection[str]) -> str:
-    """Return the argument of an option; the option itself if there is none."""
+    """Return which of the Python arguments `names` a command-line option stands for; the option itself if none."""
     return next((name for name in names if option in (flag(name), flag(name, True))), option)
 
 

@@ -100,7 +100,7 @@ class Option:
         return f"{text.removesuffix('.')}; may be repeated." if self.kind.many else text
 
     def docstring_text(self, arguments: Mapping[str, str]) -> str:
-        """Return the text of docstrings, with `arguments` by option in place of options."""
+        """Return the option's meaning for docstrings: options in it, such as --value, are replaced by `arguments`."""
         text = f"{self._with_names()} {self.in_python}".rstrip()
         return WRITTEN.sub(lambda option: arguments.get(option[0], option[0]), text)
 
@@ -281,7 +281,7 @@ class OfModels(Protocol[M_contra, P, R_co]):
 
 
 def operation_on_models(record: Callable[P, O]) -> Callable[[Callable[[M, O], R]], OfModels[M, P, R]]:
-    """Return the decorator of `operation` for a record of `models`, which are given one after the other."""
+    """Return a decorator of a function of a machine and a record: its `models` become *models, others keywords."""
 
     def decorate(function: Callable[[M, O], R]) -> OfModels[M, P, R]:
         @wraps(function)

@@ -215,7 +215,7 @@ class Equations(Shown):
 
     @property
     def functions(self) -> tuple[Function, ...]:
-        """Their programs."""
+        """The programs of the models, in the order of `models`."""
         by_name = {function.name: function for function in self.package.functions}
         return tuple(by_name[name] for name in self.models)
 

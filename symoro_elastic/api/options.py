@@ -461,7 +461,7 @@ class Following(Options, kw_only=False):
 
 
 class EvenSteps(Options):
-    """Even steps of a method."""
+    """Options of integration with equal steps: method and step."""
 
     method: str | None = option(
         None, "NAME", "Method of even steps: {names} (default: the cheapest by prediction).", names=rows.method_names

@@ -78,7 +78,7 @@ def processor_row(what: str) -> Any:
 
 
 def limits_row() -> Any:
-    """Return the option for the source of the box of arguments."""
+    """Return the option for where the operating range of the arguments comes from: limits or simulated motions."""
     return option(
         "file", "NAME", "Operating range: {names} ([limits] of the machine; range of the simulated motions of the "
         "scene, or of the set points of its motors, plus 10 %).", names=lambda: BOXES,

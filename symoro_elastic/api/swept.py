@@ -43,7 +43,7 @@ class SweptVibration:
 
     @cached_property
     def motion(self) -> EquationsOfMotion:
-        """The equations of motion, of all values of the parameters."""
+        """The equations of motion, valid for all values of the parameters."""
         return motion_at(self.point, self.machine, self.values, self.inputs, self.outputs)
 
     def prepare(self, positions: Sequence[str]) -> None:

@@ -40,7 +40,7 @@ RARE = _flags(
 
 
 class HeadedCommand(click.Command):
-    """A command whose help has heads."""
+    """A command whose help lists the options under headings."""
 
     def get_help_option(self, ctx: click.Context) -> click.Option:
         """Return `-h`, `--help`, which may be followed by `all`."""

@@ -38,7 +38,7 @@ class Block(NamedTuple):
 
 
 class _Kinds:
-    """Numbering of kinds of computation: statements, and pairs of kinds with the variables in common."""
+    """Numbers of kinds of work, one for equal work: of a statement, or of two kinds in turn that share variables."""
 
     def __init__(self) -> None:
         self._numbers: dict[Hashable, int] = {}

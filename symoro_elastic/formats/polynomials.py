@@ -67,7 +67,7 @@ class Polynomial:
         return signed_terms.removeprefix("+ ").replace("- ", "-", signed_terms.startswith("- ")) or "0"
 
     def without_rounding(self, least: float) -> Polynomial:
-        """The polynomial without a rounded number below `least`, and without rounded factors that are zero."""
+        """The polynomial without rounding errors: an inexact constant up to `least`, coefficients up to `ROUNDING`."""
         terms = self.terms.items()
         return Polynomial(
             {key: x for key, x in terms if isinstance(x, Fraction) or abs(x) > (ROUNDING if key else least)}

@@ -326,7 +326,7 @@ def _earlier(folder: Path) -> Manifest:
 
 
 def _remove_empty_parents(folder: Path, name: str) -> None:
-    """Remove the folders in `folder` that are empty without a file."""
+    """Remove the folders between `folder` and a removed file `name` in it that are empty now."""
     with suppress(OSError):
         for parent in (folder / name).parents[: len(Path(name).parts) - 1]:
             parent.rmdir()

@@ -226,7 +226,7 @@ def curves(
 
 
 def by_unit(units: Sequence[str]) -> dict[str, list[int]]:
-    """Return the columns of the units, in their order."""
+    """Return the indices of the columns of each unit, the units in order of first occurrence."""
     return {unit: [k for k, x in enumerate(units) if x == unit] for unit in dict.fromkeys(units)}
 
 

@@ -105,7 +105,7 @@ def _write_journal(
 
 
 def _keep(path: Path, backup: Path, is_overwritten: bool) -> None:
-    """Rename a file, if it exists; copy it if it is overwritten, or cannot have two names."""
+    """Back up a file, if it exists: by a hard link, or by a copy if it is overwritten or cannot be linked."""
     backup.parent.mkdir(parents=True, exist_ok=True)
     if not os.path.lexists(path):
         return
@@ -179,7 +179,7 @@ def _undo(folder: Path, staging: Path) -> None:
 
 
 def _undo_overwriting(path: Path, new: bytes, old: bytes) -> None:
-    """Restore the old content of a file with the new one, or with a part of it."""
+    """Restore the old content of a file that holds the new content, or its beginning followed by the old rest."""
     present = path.read_bytes()
     least = min(len(present), len(new))
     common = next((k for k in range(least) if present[k] != new[k]), least)

@@ -126,7 +126,7 @@ def prepare_machine(
     free: Sequence[str] = (),
     announce: Announce = announce_nothing,
 ) -> DescribedMachine:
-    """The machine as `prepare` returns it, from one that is not yet checked."""
+    """The checked machine, its inertial parameters grouped if `base`, numbers of the tables in `free` as parameters."""
     reserved = reserved_words()
     announce("check")
     lines = list(dict.fromkeys(warnings_of(machine)))

@@ -126,5 +126,5 @@ def coupling(torsional: Sequence[Formula]) -> Formula:
 
 
 def about_axis(stiffness: Formula, radius: Formula) -> Formula:
-    """A stiffness k along a line as one about an axis, N m/rad, that moves the line by r rad: k r^2."""
+    """A stiffness k along a line as k r^2, N m/rad, about an axis whose turning moves the line by r per rad."""
     return formula_of("{k}*{r}^2", k=stiffness, r=radius)

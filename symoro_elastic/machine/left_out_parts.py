@@ -78,7 +78,7 @@ def _without_loops(machine: DescribedMachine) -> tuple[DescribedMachine, list[st
 
 
 def _row_of_tree(joint: Joint, was_passive: bool) -> Joint:
-    """A row of the tree without loops."""
+    """A joint after the loops are opened: a cut joint becomes fixed, one that `was_passive` driven by a motor."""
     if joint.kind is Kind.CUT:
         return replace(joint, kind=Kind.FIXED, sigma=2, variable=None)
     return replace(joint, kind=Kind.MOTOR) if was_passive else joint

@@ -43,7 +43,7 @@ class Offer(Protocol):
 
     @property
     def parts(self) -> Parts:
-        """The parts that may be requested."""
+        """The parts of the model's results that may be requested, such as those of joints, bodies or frames."""
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ COUPLING = "rotor_coupling"
 
 
 def couplings_of(machine: Machine) -> dict[str, str]:
-    """The joints of rotors that are coupled with the bodies that carry them, by the names of the couplings."""
+    """Names of joints whose rotors turn with their carrying bodies too, by coupling, as `motor_y.rotor_coupling`."""
     return {f"{name}.{COUPLING}": name for name in spins(machine)}
 
 

@@ -95,7 +95,7 @@ def largest_gain(
 def _least_lower_end(
     terms: Callable[[Array], Terms], frequencies: Array, low: Array, modulus: float, above: float
 ) -> LargestGain:
-    """Return the least lower end above a gain, refined between the frequencies next to the minimum."""
+    """Return the least gain larger than `above` at which a forbidden interval begins, refined between `frequencies`."""
     candidates = np.where(low > above, low, np.inf)
     best = LargestGain(float(candidates.min()), float(frequencies[candidates.argmin()]))
 

@@ -58,7 +58,7 @@ class OpenAxis:
 
     @property
     def axis(self) -> Axis:
-        """Velocity and position rows of the axis."""
+        """Rows (n,) of the motor's velocity and of the position that its drive controls."""
         return self.plant.axes[self.motor]
 
     @cached_property
@@ -116,7 +116,7 @@ class AxisLoops:
 
     @property
     def axis(self) -> Axis:
-        """Velocity and position rows of the axis."""
+        """Rows (n,) of the motor's velocity and of the position that its drive controls."""
         return self.open.axis
 
     @property

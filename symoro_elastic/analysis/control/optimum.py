@@ -206,7 +206,7 @@ class _Closed:
         return (self.matrix(), inner) if loop == "position" else (inner, self.matrix(axis, "C"))
 
     def distance_slopes(self, axis: int, loop: str, keys: Sequence[tuple[int, str]]) -> Array:
-        """Return the slopes (F, gains) of `distance` by the logarithms of gains."""
+        """Return d ln |1 + L| / d ln g (F, gains) of a loop of an axis at F frequencies; gains g are Kp, Kv or 1/Tn."""
         inverses = [np.linalg.inv(matrix) for matrix in self._determinants(axis, loop)]
         left_out = ("", "Kv") if loop == "position" else ("Kv", "C")
         slopes = np.zeros((len(self.s), len(keys)))

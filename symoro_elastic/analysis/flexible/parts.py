@@ -179,7 +179,7 @@ def flexible_parts(
 
 
 def _read(top: Table, part: Part, entries: Iterable[Entry]) -> DescribedMachine | None:
-    """The machine of a file with the first of these entries of a part that is valid; None if none is."""
+    """The machine of a file with another entry for a part: the first of `entries` that is valid; None if none is."""
     for entry in entries:
         changed = {**top.table(part.heading).entries, part.name: entry}
         with suppress(InputError):

@@ -115,7 +115,7 @@ class BudgetPath:
         return now.rung.left_out, candidate.names
 
     def _together(self, now: PathStep, candidate: Candidate) -> list[Candidate]:
-        """Return a candidate that omits a number and others of nearly its gain, as many as fit; empty for springs."""
+        """Return one candidate that omits a number and others of nearly its gain together, if they fit; else none."""
         if candidate.expense is not Expense.NUMBERS:
             return []
         changes, slack = self._changes_at(self._place(now.rung)), self._budget.slack(now.rung.predicted)

@@ -333,7 +333,7 @@ def _chosen_model(result: Reduced) -> dict[str, Any] | None:
 
 
 def _points(result: Reduced) -> list[dict[str, Any]]:
-    """Return all models of both searches: operations, and the largest error as a fraction of the tolerance."""
+    """Return all models tried for simulation and feed-forward: operations, largest error as a fraction of tolerance."""
     feed, budget = result.feed_forward, result.simulation.budget if result.simulation else None
     steps = budget.path if budget else ()
     points = [("simulation", str(x.expense), x.steps.cost, x.total, str(x.evidence)) for x in steps]

@@ -54,7 +54,7 @@ class MotorCoordinates:
         return self._own(State({"q": q, "qd": qd, "qdd": qdd}))
 
     def forces(self, q: Array, torques: Array) -> Array:
-        """Return S_m^T torques (n,) on the machine's coordinates at q (n,) (L3)."""
+        """Return generalized forces (n,) of motor torques at q (n,): S_m^T torques, S_m = d(motor rates)/dqd (L3)."""
         return np.asarray(self._motors(State({"q": np.tile(q, (len(q), 1)), "qd": np.eye(len(q))}))[1] @ torques)
 
     @cached_property

@@ -61,7 +61,7 @@ class SampledSteps(CompiledSteps):
         self.sampling, self._measured = Sampling(reference), ControlledPositions(reference)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
-        """Return the motion, simulated by equally many steps per interval; `steps`, in all, is a multiple of these."""
+        """Return the motion simulated in `steps` steps, equally many in each interval of constant drive torques."""
         refuse_still(reference)
         sampling, run = self.sampling.copy_at_start(), self.runs[f"{self.name}_step_{method}_drives"]
         intervals = [*sampling.intervals]

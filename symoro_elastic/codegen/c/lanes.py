@@ -192,7 +192,7 @@ class LanesPrinter(CPrinter):
         return printed
 
     def names(self, printed: Iterable[str]) -> frozenset[str]:
-        """Names of variables in printed entries and lanes, with all lanes of vectors gathered from arguments."""
+        """Names of variables in printed texts such as `v[0]`, with the names of all lanes of gathered vectors."""
         names = {name.partition("[")[0] for name in printed}
         return frozenset(names.union(*(self.lanes.gathered.get(name, ()) for name in names)))
 

@@ -34,7 +34,7 @@ class Rows:
         return frozenset(k for k, _ in (*self.equal, *self.numbers))
 
     def lines(self, type_: str) -> list[str]:
-        """C lines that fill these entries for `count` states, in an array of this type."""
+        """C lines that store copied entries and numbers of a result in its array of this type, for `count` states."""
         equal = ", ".join(f"{{{k},{of}}}" for k, of in self.equal)
         places = ", ".join(str(k) for k, _ in self.numbers)
         values = ", ".join(value for _, value in self.numbers)

@@ -59,7 +59,7 @@ PLAIN_C = Qualifiers()
 
 @dataclass(frozen=True)
 class StepText:
-    """A time step in C: comment and heads of its functions, the call between them, arrays by use."""
+    """A time step in C: comment, head and call of its working function, prototypes, arrays read and written."""
 
     method: MethodText
     variant: Variant

@@ -366,7 +366,7 @@ def _of_numbers(name: str) -> Any:
 
 
 def with_frames_as_links(robot: Description) -> Description:
-    """Return the robot with its further frames as massless links on fixed joints; of two at a place one is a joint."""
+    """Return the robot with frames as massless links on fixed joints; of two that coincide, one names the joint."""
     places: list[list[PlacedFrame]] = []
     for frame in robot.frames:
         same = (x for x in places if x[0].link == frame.link and len(x) == 1)

@@ -204,7 +204,7 @@ class Dependency:
     kinds: tuple[str, ...] = ()
 
     def known_numbers(self, numbers: Mapping[int, int]) -> list[int]:
-        """Return the knowns by their number among the variables."""
+        """Return the numbers of the knowns among the variables; `numbers` maps value references to them."""
         return [numbers[reference] for reference in self.knowns]
 
 

@@ -195,7 +195,7 @@ def _step(programs: Programs, method: MethodText, has_constants: bool) -> str:
 
 
 def _numbers(texts: Sequence[str]) -> Iterator[str]:
-    """Yield lines of an array."""
+    """Yield the lines of the C initializer of an array, several numbers a line."""
     lines = [texts[k : k + PER_LINE] for k in range(0, len(texts), PER_LINE)]
     for k, line in enumerate(lines):
         yield ", ".join(line) + ("," if k < len(lines) - 1 else "")

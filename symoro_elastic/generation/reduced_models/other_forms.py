@@ -71,7 +71,7 @@ class FullModel:
 
 
 def from_energies(full: FullModel, required: Requirements, prove: Prove | None) -> Reduction:
-    """The reduction of a model by terms of A and V, from which it is derived; full where that needs more operations.
+    """The reduction of a model by terms of inertia matrix A and potential V; full where that saves no operations.
 
     Raises `NoEnergyForm` for a model that does not follow from A and V.
     """
@@ -112,7 +112,7 @@ def _values(program: Program) -> Array:
 
 
 def _from_forms(form: EnergyForm, model: TracedModel, entries: Sequence[Operand], inputs: Sequence[Input]) -> Program:
-    """The program of a model from the entries of A and V, as they stand."""
+    """The program of a model derived from `entries` of the inertia matrix and the potential, as they are."""
     results = form.results(model.model.name, entries, Names())
     outputs = tuple(Output(name, (len(roots),), roots) for name, roots in results.items())
     nodes = reachable(x for output in outputs for x in output.entries)

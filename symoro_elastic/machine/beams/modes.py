@@ -44,13 +44,13 @@ class Mode:
     damping: float
 
     def turn(self, xi: Array, length: float) -> Array:
-        """Turns (n, 3) of sections per unit of e."""
+        """Rotations (n, 3) of sections at xi = x/length per unit of the modal coordinate."""
         if self.kind in (TORSION, AXIAL):
             return np.outer(self.shape(xi) * (self.kind == TORSION), ALONG)
         return np.outer(self.slope(xi) / length, np.cross(ALONG, self.direction))
 
     def shift(self, xi: Array) -> Array:
-        """Displacements (n, 3) of the axis per unit of e."""
+        """Displacements (n, 3) of the beam's axis at xi = x/length per unit of the modal coordinate."""
         return np.outer(self.shape(xi) * (self.kind != TORSION), self.direction)
 
 
@@ -115,7 +115,7 @@ def modal_beam(beam: Beam, values: Mapping[str, float], directions: Mapping[str,
 
 
 def _section(squares: Mapping[str, float], directions: Mapping[str, Array]) -> Iterator[Array]:
-    """Points of a section with its second moments by mass, m2; without those across, half of the polar one each."""
+    """Points of equal mass with second moments of a section by mass, m2; half the polar each if those across are 0."""
     halved = {} if any(squares[kind] for kind in directions) else dict.fromkeys(directions, squares[TORSION] / 2)
     for kind, axis in directions.items():
         offset = math.sqrt(2 * halved.get(kind, squares[kind]))

@@ -349,7 +349,7 @@ class PassedLoad:
         return np.asarray(forces[:, self.k] - self.own - self.rotor * a[:, self.k])
 
     def add(self, M: Array, D: Array, K: Array, forces: Array, a: Array) -> Array:
-        """Add load friction to M, D, K (N, n, n) and `forces` (N, n) in place; return its slope by v (N,)."""
+        """Add load friction to M, D, K (N, n, n) and `forces` (N, n) in place; return d(friction)/d(velocity) (N,)."""
         k, unit, load = self.k, np.eye(a.shape[1])[self.k], self.load(forces, a)
         at_load = self.share * np.sign(load) * self.sense
         rise: Array = self.share * np.abs(load) * self.rise

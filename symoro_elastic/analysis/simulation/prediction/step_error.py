@@ -317,7 +317,7 @@ def nodes(method: Method) -> Array:
 
 
 def gamma(method: Method) -> float:
-    """Return gamma of the linear systems of a method, 0 for an explicit one."""
+    """Return gamma of the systems (I - gamma h J) x = b that steps h of a method solve, 0 for an explicit one."""
     if isinstance(method, Midpoint):
         return 0.5
     return 0.0 if isinstance(method, Tableau) else float(method.gamma)
