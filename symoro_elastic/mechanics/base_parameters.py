@@ -144,7 +144,7 @@ class CarriedMotion:
 
 
 def carried_motions(mechanism: Mechanism, draw: Draw, free_base: bool) -> dict[int, CarriedMotion]:
-    """The motions of frames by their antecedents, from a mechanism at its zero position in an exact field.
+    """Motion of each frame j due to the joints before it, by j; the mechanism given is at zero, in an exact field.
 
     `draw` gives random numbers of it. Gravity is the opposite of the base's acceleration. A base
     that is free moves in all directions.

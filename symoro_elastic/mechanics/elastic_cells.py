@@ -96,7 +96,7 @@ def join_bodies(mechanism: Mechanism, ends: Collection[int]) -> Mechanism:
 
 @dataclass(frozen=True)
 class CellGeometry:
-    """A cell at a position: `to_point` leads from the antecedent o to O before the first turn, `turns` on to body j.
+    """An elastic cell at a position: transform `to_point` from antecedent o to O, past the slides, `turns` to body j.
 
     `axes` are z_1, z_2, z_3 in frame o, u is z_4 in the frame before the second turn, v is z_6 in the frame after it.
     """

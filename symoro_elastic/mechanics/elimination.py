@@ -70,7 +70,7 @@ def prescribe(link: Link, qdd: Scalar, Js: ArticulatedInertia, betas: Wrench, ga
 
 
 def eliminate(link: Link, torque: Scalar, Js: ArticulatedInertia, betas: Wrench, gamma: Twist) -> Elimination:
-    """K and alpha of a joint whose torque is known [28]-[30], [50]-[52].
+    """Inertia K and wrench alpha that link j passes to its antecedent at known joint torque [28]-[30], [50]-[52].
 
     K a = U - U (a^T U) / H = U Ia / H is exactly zero where there is no rotor: the subtraction would leave rounding
     errors there, and cost products. So the component of alpha along the joint is

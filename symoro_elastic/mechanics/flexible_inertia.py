@@ -59,7 +59,7 @@ class Modes:
 
     @property
     def Ct(self) -> tuple[Vector, ...]:
-        """First moments of the modes at e."""
+        """First moments of the modes at the deflections e."""
         return tuple(Ct0 + _sum(self.Ct1[k], self.e, ZERO) for k, Ct0 in enumerate(self.Ct0))  # (L50)
 
     @property

@@ -44,7 +44,7 @@ class Frame(NamedTuple):
         return Frame(rotation, origin)  # (1)
 
     def antecedent(self, link: Link) -> Frame:
-        """The frame of the antecedent of a link that this is: kTj jTi."""
+        """The frame kTi of the antecedent of a link, where this is the link's frame kTj: kTj jTi."""
         rotation, origin = self
         for step in reversed(link.transform.steps):
             origin = origin - step.shift * rotation.T[step.axis]
@@ -68,7 +68,7 @@ def frames(mechanism: Mechanism, seen_from: int = 0) -> list[Frame]:
 
 
 class FrameSet(NamedTuple):
-    """All frames j expressed in a frame k, and vectors to their origins from their anchors.
+    """All frames j expressed in frame k; the joint that is the anchor of each, and the vector from there to its origin.
 
     The anchor of frame j is the last revolute joint before it, or the base: what lies between rotates as one body.
     `levers[j]` is kPj less kP of the anchor; only joints between the two enter.

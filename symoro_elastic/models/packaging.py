@@ -250,7 +250,7 @@ def _cell(
 
 
 def _derived_constants(machine: Machine, constant: NamedConstant) -> Iterator[Constant]:
-    """Named constants of the equations whose meaning is in `DERIVED`."""
+    """Yield a named constant with meaning and unit if `DERIVED` knows it, such as an articulated inertia; else none."""
     joint, name = constant.label.section.joint, constant.label.name
     match = _NAME.fullmatch(name)
     if not match or not joint or joint > len(machine.joints) or match["letters"] not in DERIVED:

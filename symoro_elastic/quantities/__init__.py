@@ -67,7 +67,7 @@ ON_BASE: tuple[Quantity, ...] = signatures.ON_BASE
 
 
 def quantity(name: str, own: Iterable[Quantity] = ()) -> Quantity:
-    """The row of an argument or result; rows of `own` have precedence.
+    """The quantity of this name, an argument or result; those of `own` have precedence over the table's.
 
     `dtau_dq` is composed of the rows of tau and q. Raises `LookupError` where no row has the name.
     """

@@ -99,7 +99,7 @@ class ScaledUnit:
 
     @property
     def as_group(self) -> ScaledUnit:
-        """This unit as a group: of times alone, a rate per minute counts turns, another rate turns or radians."""
+        """The unit as a factor of its own: if of times alone, 1/min counts turns, another rate turns or radians."""
         if not self.times:
             return self
         is_rate, by_minutes = self.si.get("s", 0) < 0, not self.times.isdisjoint(MINUTES)
@@ -218,7 +218,7 @@ def _spelling(word: str, text: str) -> str:
 
 
 def spelled_label(text: str) -> str:
-    """Return the unit in a label, where case does not count, as it is read; raises `UnitError`."""
+    """Return the unit in a label of any case, with its words spelled as in the tables; raises `UnitError`."""
 
     def spelling(word_found: re.Match[str]) -> str:
         word, near = word_found[0], SPELLINGS.get(word_found[0].lower(), [])
@@ -420,7 +420,7 @@ def _factor_to(unit: ScaledUnit, needed: str, text: str) -> ScaledUnit | None:
 
 
 def _in_radians(unit: ScaledUnit, turns: Fraction | int) -> ScaledUnit:
-    """Return the unit with so many turns of 2 pi rad."""
+    """Return the unit times (2 pi rad)^turns."""
     n = int(turns)
     return ScaledUnit(unit.factor * Fraction(2) ** n, product((unit.si, 1), ({"rad": Fraction(1)}, n)), unit.pi + n)
 

@@ -175,7 +175,7 @@ class Quotient(NamedTuple):
 
 
 def divisions(uses: Uses) -> Recipes:
-    """The reciprocal of a quantity that is used once is a division.
+    """Recipes of products x (1/y) as quotients x/y, where 1/y has no other use.
 
     >>> before = x * (1 / y), z * (1 / w), y * (1 / w)
     >>> before
@@ -202,7 +202,7 @@ Pair: TypeAlias = tuple[Atom, Atom]
 
 
 class Product(NamedTuple):
-    """A product of atoms; `parts` are all atoms by number: factors, or pairs of atoms."""
+    """A product of atoms, which are indices into `parts`: there, each is a factor, or a pair of atoms."""
 
     atoms: Sequence[Atom]
     parts: Sequence[Operand | Pair]

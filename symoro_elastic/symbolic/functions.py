@@ -111,7 +111,7 @@ def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
 
 
 def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | None:
-    """Terms of an angle that are not constants, with their factors, and its half turns; None for other constants."""
+    """Factors of an angle's variable terms, and its half turns; None if it has a number that is no multiple of pi/2."""
     terms, radians = _linear_terms(operand(angle))
     terms = _with_one_rounded(terms)
     halves = _half_turns(radians)
@@ -153,7 +153,7 @@ def _with_one_rounded(terms: list[tuple[Expression, Fraction]]) -> list[tuple[Ex
 
 
 def _half_turns(radians: Fraction) -> Fraction | None:
-    """The multiple of pi that equals a number in radians to one unit in the last place; else None."""
+    """Radians in half turns where they are a multiple of pi/2 to one unit in the last place; else None."""
     if not radians:
         return Fraction(0)
     quarters = round(radians / Fraction(math.pi) * 2)

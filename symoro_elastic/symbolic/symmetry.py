@@ -110,7 +110,7 @@ class _Congruence:
         )
 
     def _similar(self, node: Expression, turn: int) -> list[Expression]:
-        """Free nodes that use the moved lane of `node`, and a number computed as in `node` but with other constants."""
+        """Free nodes that combine the lane of `node` moved by `turn` with a number of the same kind as in `node`."""
         moving = [k for k, x in enumerate(node.needs) if x.id in self.lanes]
         if len(node.needs) < 2 or len(moving) > 1 or node.needs[1 - moving[0]].id not in self._independent:
             return []
@@ -182,7 +182,7 @@ def _constants(node: Expression) -> list[Operand]:
 
 
 def _kind(node: Expression) -> Shape:
-    """The operation of a node, those of sums aside, and which operands are constants."""
+    """The operation of a node, additions and subtractions being one, and which operands are constants."""
     return (_shape(node.operation, ())[0], *(x in _constants(node) for x in node.operands))
 
 

@@ -77,7 +77,7 @@ class TimeSeries:
 
 
 def _function(operation: str, x: Operand) -> Operand:
-    """Sine or cosine with the sign of the angle taken out; an angle of a plain number is 0."""
+    """Sine or cosine with the sign of the angle taken out; an angle that is a plain number can only be 0."""
     if isinstance(x, Expression) and x.operation == op.NEGATE:
         inner = x.graph.node(operation, x.operands[0])
         return -inner if operation == op.SIN else inner

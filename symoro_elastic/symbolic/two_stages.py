@@ -29,7 +29,7 @@ def in_two_stages(graph: Graph, pruned: Pruned, late: Collection[str], handed_ov
 
 
 def _border(pruned: Pruned, late: Collection[str]) -> list[Expression]:
-    """State-dependent nodes without late variables that nodes with some, or results, are made of."""
+    """Nodes to hand over: they depend on the state, not on late variables; nodes that do, or results, use them."""
     depends: set[int] = set()
     border: dict[int, Expression] = {}
     for node in pruned.nodes:

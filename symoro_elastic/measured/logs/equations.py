@@ -62,7 +62,7 @@ class Sampled:
 
     @cached_property
     def _shared_noise(self) -> Array:
-        """Covariances of white noise in rows with that 0, 1, 2 ... rows later, before rows are scaled."""
+        """Covariances, due to white noise, of rows 0, 1, 2 ... apart, (lags, rows, n), before rows are scaled."""
         return filtering.shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
 
     @cached_property

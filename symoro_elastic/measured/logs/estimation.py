@@ -375,7 +375,7 @@ def _inseparable(c: int, grouping: IndependentColumns, unknowns: Sequence[Unknow
 
 
 def _consistency(estimates: Iterable[Estimate]) -> list[str]:
-    """Return notes on physically positive values that are negative by more than chance, were they all zero."""
+    """Return notes on values that must be positive, but are more negative than chance explains if all were zero."""
     alone = [e for e in estimates if e.unknown.formula == e.unknown.label and e.unknown.quantity in POSITIVE]
     enough = largest_of_chance(len(alone))
     notes = []

@@ -96,7 +96,7 @@ class Response:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Labels of the parameters without value, with which torques cannot be computed."""
+        """Labels of the parameters without value; torques cannot be computed without them."""
         return tuple(
             x.label for x, is_finite in zip(self.Y.columns, np.isfinite(self._values), strict=True) if not is_finite
         )
@@ -330,7 +330,7 @@ def excite(
 
 
 def _from_rest(excitation: Excitation, condition: Condition, limits: Limits) -> Excitation:
-    """Return an excitation with its start and torques, smaller where no start keeps the limits; raises `InputError`."""
+    """Return an excitation that starts from rest within limits, if need be a smaller one; raises `InputError`."""
     response = condition.response
     motion = from_rest(excitation.motion, limits, lambda started: response.excess(started, limits.torque) <= 0)
     if motion is None:

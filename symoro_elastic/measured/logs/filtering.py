@@ -74,7 +74,7 @@ class Filter:
 
     @cached_property
     def shared_weights(self) -> list[Array]:
-        """Products of the weights that averages 0, 1, 2 ... rows apart give their common samples; of sum 1 for 0."""
+        """Products of the weights of each sample that windows 0, 1, 2 ... rows apart share, over the sum of squares."""
         h = self.weights
         return [h[k:] * h[: len(h) - k] / (h @ h) for k in range(0, len(h), self.step)]
 

@@ -145,8 +145,8 @@ def random_motion(limits: Limits, frequency: float, harmonics: int, seed: int = 
 def from_rest(
     motion: FourierMotion, limits: Limits, keeps: Callable[[Started], bool] = lambda _: True
 ) -> Started | None:
-    """Return the motion with the shortest start, whole periods, along which accelerations are within limits and `keeps`
-    holds; made smaller where no start is long enough, None where that does not help."""
+    """Return the motion with the shortest start from rest, whole periods, that acceleration limits and `keeps` allow;
+    made smaller where no start is long enough, None where that does not help."""
     for k in range(MOST_SMALLER):
         smaller = motion.smaller(SMALLER**k)
         for periods in range(1, LONGEST_START + 1):

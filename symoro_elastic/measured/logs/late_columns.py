@@ -63,7 +63,7 @@ class Late:
         return self.whole != 0 and abs(self.samples - self.whole) < max(WHOLE, SIGNIFICANT * self.std)
 
     def header(self, machine: Machine) -> str:
-        """Return the name of the first column."""
+        """Return the name of the first late column, `<quantity>_<joint>`."""
         joints = machine.motor_joints if self.quantities == TORQUE else machine.independent_joints
         return f"{self.quantities[0]}_{joints[self.place].name}"
 
@@ -120,7 +120,7 @@ def _lag(q: Array, qd: Array, period: float, inner: slice) -> float | None:
 
 
 def moved_back(record: Measurements, late: Iterable[Late]) -> Measurements:
-    """Return a record with late columns at their times."""
+    """Return a record with each late column moved back by its delay; samples at the ends are lost."""
     for column in late:
         record = column.moved_back(record)
     return record

@@ -232,7 +232,7 @@ class _Columns:
         return Correction(what, log, family=f"{columns} {sign}", number=logarithm, vary=vary)
 
     def refit(self, noise: float, row: Row) -> Refit[_Log] | None:
-        """Return a correction refitted to its best number; None if its residual exceeds the accuracy of torques.
+        """Return a correction with its zero or ratio, if any, refitted; None if the residual exceeds torques' accuracy.
 
         `noise` is the mean square of that of the log, at most what any correction leaves.
         """

@@ -83,8 +83,8 @@ class Data:
         return np.where(largest > 0, largest, float(np.median(largest[largest > 0])) if largest.any() else 1.0)
 
     def alone(self, c: int, alike: Sequence[int] = ()) -> float:
-        """Return the value of parameter c that alone causes the largest torque of its joint; its torque per unit is
-        taken as at least a fraction of that of the equal columns `alike`."""
+        """Return the value with which parameter c alone causes the largest torque of the joint that it loads most;
+        its torque per unit is taken as at least a fraction of that of the equal columns `alike`."""
         row = int(np.argmax(self.exerted[:, c]))
         most = float(self.exerted[:, list(alike)].max(initial=0.0))
         return float(self.largest[row]) / (max(float(self.exerted[row, c]), SLOWEST * most) or 1.0)

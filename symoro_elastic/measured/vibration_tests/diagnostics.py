@@ -180,7 +180,7 @@ def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]
 
 
 def is_cross_talk(test: VibrationTest, k: int) -> bool:
-    """Whether a response that is zero in the model was measured, compared with others of its input."""
+    """Whether a response, zero in the model, was measured as more than a small part of its input's largest one."""
     response = test.responses[k]
     largest = max(float(np.median(np.abs(x.H))) for x in test.responses if x.input == response.input)
     return bool(np.median(np.abs(response.H)) > CROSS_TALK * largest)

@@ -299,7 +299,7 @@ class Estimator:
 
     @cached_property
     def _channel_nuisances(self) -> tuple[Nuisances, ...]:
-        """Gains of channels; delays with direct terms of accelerations; gains and delays."""
+        """Kinds of channel errors: gains; delays, with an undelayed term in accelerations; gains and delays."""
         gains = channel_gains(self.lines)
         accelerations = [k for k, order in enumerate(self._orders) if order == ACCELERATION]
         both = Nuisances((*gains.parts, *channel_delays(self.lines).parts))

@@ -53,7 +53,7 @@ class Window:
 
 @dataclass(frozen=True)
 class WindowedLines:
-    """Complex frequencies f (m,), Hz, at which a windowed response is a sum; their indices (N, c) and weights (c,)."""
+    """Windowed responses as weighted sums of those at complex f (m,), Hz: indices into f (N, c), weights (c,)."""
 
     f: ComplexArray
     places: IndexArray
@@ -102,7 +102,7 @@ def _lines_under_hann(T: float, lines: bytes) -> WindowedLines:
 
 
 def _weights(j: IndexArray) -> ComplexArray:
-    """Return c_j, by the trapezoidal rule; their sum is v(0)."""
+    """Return the weights c_j of `windowed_lines`, by the trapezoidal rule, scaled to the sum v(0) = 1."""
     x = np.linspace(-1, 1, 2 * SAMPLES + 1)
     v = (1 - np.abs(x)) * (2 + np.cos(2 * np.pi * x)) / 3 + np.sin(2 * np.pi * np.abs(x)) / (2 * np.pi)
     c = np.exp(2j * np.pi / PER_LINE * np.outer(j, x)) @ (v * np.exp(DAMPED * x)) / (PER_LINE * SAMPLES)

@@ -154,7 +154,7 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 
 
 def by_accelerations(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector]) -> TorqueDerivatives:
-    """The part of the derivatives that velocities determine: composite bodies, rows, derivatives by qdd."""
+    """The part of the derivatives that needs no accelerations: composite bodies, rows, and the inertia matrix."""
     partials = _bodies(mechanism, w)
     for _ in _added_rows(mechanism, qd, w, partials):
         pass
@@ -264,7 +264,7 @@ def _swept(b: Vector, a: Vector) -> Matrix:
 
 
 def add_base(made: TorqueDerivatives, w: Vector) -> None:
-    """Rows of the wrench on a base that turns with `w`, columns of its velocity and acceleration."""
+    """Add to `made` the base, turning with `w`: rows of its wrench, columns by its velocity and acceleration."""
     composite = made.composites[0]
     sped = {m: Change(Twist(ZERO, cross(w, e)), e) for m, e in zip(DEGREES[3:], IDENTITY, strict=True)}
     for m, entries in zip(DEGREES, composite.inertia.spatial.rows, strict=True):

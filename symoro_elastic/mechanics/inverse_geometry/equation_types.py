@@ -182,7 +182,7 @@ class Difference(NamedTuple):
         return self.size - self.part * self.part
 
     def root(self, f: Functions) -> Scalar:
-        """The square root of the difference, NaN where it is negative."""
+        """The square root of size - part^2: zero where it is negative by rounding, NaN where it is more negative."""
         if f.is_zero(self.part):
             return f.square_root(self.size)
         return real_root(f, self.value, self.size, self.scale)

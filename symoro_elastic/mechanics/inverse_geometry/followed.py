@@ -25,7 +25,7 @@ class Followed(NamedTuple):
     followers: Rows
 
     def values(self, x: Mapping[int, Scalar]) -> dict[int, Scalar]:
-        """The variables u at joint positions x."""
+        """Values of the independent variables u, by number, at joint positions x = S u."""
         return {v: product(row, x) for v, row in self.variables.items()}
 
 

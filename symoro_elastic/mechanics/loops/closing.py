@@ -133,7 +133,7 @@ def _over(seen: FrameSet, pivot: int, m: int, e: int) -> Vector:
 
 
 def _anchors(seen: FrameSet, k: int) -> list[int]:
-    """Links whose levers lead from link k to the last common body."""
+    """Link k, its anchor, the anchor of that ...: their levers sum to the vector from the last common body to k."""
     anchors = []
     while k:
         anchors.append(k)

@@ -113,7 +113,7 @@ def name_dynamics(bound: Bound, recursion: Dynamics, backward_equations: str, la
 
 
 def name_known(bound: Bound, recursion: Dynamics) -> None:
-    """Name the quantities of a motion at zero joint accelerations, as the first part of an accelerated motion."""
+    """Name the quantities at zero joint accelerations (`Vk<j>`, `fk<j>`); accelerated ones are named apart."""
     _name_forward(bound, recursion, "Vk")
     for j, _ in bound.mechanism.from_tips():
         _name_six(bound.names, recursion.f[j], f"fk{j}", Section(BACKWARD, j, "[15]"))

@@ -51,7 +51,7 @@ def directional_derivative(bound: Bound, trace: Trace, folded: Sequence[str] = (
 
 
 def _seeds(bound: Bound, trace: Trace, folded: Sequence[str]) -> tuple[list[Input], dict[Expression, Expression]]:
-    """The seeds as arguments, and as a direction: expression of the seed by variable."""
+    """The seeds as arguments of the derivative, and each variable's seed, which is its rate along the direction."""
     inputs: list[Input] = []
     direction: dict[Expression, Expression] = {}
     parameters = [p.name for p in bound.machine.parameters if p.name not in folded]

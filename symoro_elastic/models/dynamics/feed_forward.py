@@ -76,7 +76,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class OverTime:
-    """Torques of motors, and positions and velocities of all joints, where damped springs follow with a lag.
+    """Formulas of a feed-forward with lagging, damped springs: torques of motors, positions and velocities of joints.
 
     A spring of stiffness k and damping d obeys q + d/k q' = u, u being its deflection without damping. `lagging` holds
     u and its derivatives by spring, in an order in which they need only the q of earlier springs; `q`,

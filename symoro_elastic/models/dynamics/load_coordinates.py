@@ -170,7 +170,7 @@ class Linear(Coupling):
 
 
 class LoadVariables:
-    """Joint coordinates of the chains over their load coordinates; sense times z has the name of the variable."""
+    """Load coordinates z of chains in place of joint coordinates; the variable of joint j is sense_j z_j."""
 
     def __init__(self, table: Machine, chains: Sequence[Chain]) -> None:
         self.table, self.chains = table, tuple(chains)
@@ -215,7 +215,7 @@ class LoadVariables:
         formulas[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
 
     def _ratio_times(self, j: int, stage: Stage) -> Formula:
-        """Formula of the term ratio z_before in a joint's cell, where the other variables of its chain are zero."""
+        """The part ratio z_before of joint j's position, as a formula: what follows the chain's joint before it."""
         before = self._coordinate(stage.before)
         if stage.others is None:
             return Formula.parse(before)

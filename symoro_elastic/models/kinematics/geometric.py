@@ -207,7 +207,7 @@ def _static_deflections(bound: Bound, _: Joints) -> Results:
 
 
 def _of_followers(bound: Bound, recursion: Dynamics) -> dict[int, Scalar]:
-    """Forces on static springs by the joints that follow their variables, at the positions where these are held."""
+    """Forces, by static spring, that joints coupled to it add to its own, all springs at their held positions."""
     machine = bound.machine
     springs, rows = machine.static_springs, machine.static
     followers = [i for i in rows if i not in springs]

@@ -415,7 +415,7 @@ class _Texts:
         self.labels = ParameterLabels(zero.machine)
 
     def simplify(self, j: int, entry: str, x: Any) -> Any:
-        """A sum, or the name of a composite in its place where it is long."""
+        """The sum x; where its text is long, its number, or the name of a new parameter that stands for it."""
         text = self.text(x)
         if len(text) <= self.longest:
             return x

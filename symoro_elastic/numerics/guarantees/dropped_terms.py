@@ -138,7 +138,7 @@ class _Recursion:
         return values
 
     def _change(self, node: Expression) -> tuple[Interval, Interval]:
-        """Difference and value of a node with a change; stores its rate on the path."""
+        """Difference from the full program, and value, of a node that itself is changed; on a path, stores its rate."""
         original = self._bounds.range_of(node)
         full = original if node.operation == op.SYMBOL else self._value_from_operands(node)
         if node.id in self._edits.frozen:

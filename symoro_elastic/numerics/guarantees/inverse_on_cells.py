@@ -218,7 +218,7 @@ def _local(axis: Axis, middles: Array) -> Array:
 
 
 def _largest(axis: Axis, half: float) -> list[float]:
-    """The largest magnitudes of the functions of a cell."""
+    """Largest magnitudes in a cell about its middle: of powers, or (full turns) of sin k x and 1 - cos k x."""
     if axis.kind != TURN:
         return [(half / axis.half) ** k for k in range(axis.degree + 1)]
     bounds = [1.0]

@@ -279,7 +279,7 @@ def _largest_norm(W: Array, e: Array, v: Array) -> Array:
 
 
 def _of_elimination(system: LinearSystem, inputs: SystemBounds, c: Array, lost: Array, rounding: Rounding) -> Array:
-    """Bound of |F_ik| by sub-box: by the diagonal, or by the rows of R where these are smaller."""
+    """Bound, by sub-box, of the elimination's backward error |F_ik|: by A's diagonal, or by the factor R if smaller."""
 
     def g(count: Array) -> Array:
         times = (count + system.roundings) * rounding.u

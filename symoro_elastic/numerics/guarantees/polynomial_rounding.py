@@ -221,7 +221,7 @@ def _bound(program: _Program, root: Expression, rounding: Rounding, refined: boo
 
 
 class _Summand(NamedTuple):
-    """Bound of a node's term in the first sum of errors: `weight` |a z|, or |a| if `is_alone`, plus `added`.
+    """Bound of a node z's part in an error, of derivative a: `weight` |a z|, or `weight` |a| if `is_alone`, + `added`.
 
     `largest` bounds the first of the two.
     """

@@ -192,7 +192,7 @@ class EquationsOfMotion:
 
     @traced_once
     def domain(self) -> Domain:
-        """The cells that hold joint variables."""
+        """The formulas of joint variables in cells, and the positions where they have values."""
         return Domain(self.given)
 
     @traced_once

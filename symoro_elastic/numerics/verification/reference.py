@@ -77,7 +77,7 @@ class Reference:
         return StateReference(self, state, decimals(DIGITS))
 
     def near(self, state: StateArguments, source: random.Random, forces: bool = False) -> StateReference:
-        """Return the models one ulp from a state: its numbers, the parameters, rounded constants, sines and cosines.
+        """Return the models with random errors of one ulp: state, parameters, rounded constants, sines and cosines.
 
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.

@@ -94,7 +94,7 @@ def residual_of(form: InertiaForm, box: Box, most: Array) -> Residual | None:
 
 @dataclass(frozen=True)
 class SolvedExactly:
-    """A direct model of a changed A and right side: its reduction, and lower bounds of its pivots, by name."""
+    """A direct model that solves a reduced A x = b, terms left out: its reduction, and least pivots by name."""
 
     reduction: Reduction
     pivots: Mapping[str, float]

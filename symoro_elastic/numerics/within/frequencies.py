@@ -208,7 +208,7 @@ class _Motion:
     torques: Array
 
     def stiffness(self, J: Array) -> Array:
-        """S (states, joints, joints)."""
+        """S of xdd = -S x (states, joints, joints), from J, the derivatives of accelerations by positions."""
         return np.asarray(-(self.weights @ J[:, :, list(self.moving)]))
 
 
@@ -274,7 +274,7 @@ class _Places:
         return values[list(self.accelerations)].T, by(self.positions), by(self.torques)
 
     def stiffness(self, J: Array, B: Array) -> list[Array]:
-        """S with motors held, and with free ones (states, joints, joints)."""
+        """S of xdd = -S x (states, joints, joints) with motors held, if any, and free; B are derivatives by torques."""
         return [motion.stiffness(J) for motion in self._motions(J, B)]
 
     def modes_of(self, J: Array, B: Array, results: int) -> tuple[Array, Array]:

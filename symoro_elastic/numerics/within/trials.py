@@ -154,7 +154,7 @@ class Task:
         return np.concatenate([self._random_states(0, FIRST), self.box.at_rest(AT_REST, self._rng(2))], axis=1)
 
     def sample(self, states: Array, limits: Array) -> Sample:
-        """Return states with limits: results that are zero at rest stay zero."""
+        """Return states with limits of errors, far smaller ones at rest for results that are zero there."""
         weights = np.repeat((self.weights / limits)[:, None], states.shape[1], axis=1)
         moving = self.box.is_moving
         if moving.any():

@@ -197,7 +197,7 @@ def _bar(bar: Bar) -> dict[str, Any]:
 
 
 def _skin(skin: Skin) -> dict[str, Any]:
-    """Points, triangles and modes as those of a mesh."""
+    """Data of a skin for the page: the mesh, and its modes with their rows and springs."""
     surface = skin.surface
     packed = Mesh(skin.root, surface.points, surface.triangles).data
     modes = base64.b64encode(surface.modes.astype("<f4").tobytes()).decode()

@@ -36,7 +36,7 @@ class Skin:
 
     @property
     def coarse(self) -> Skin:
-        """The skin of a picture."""
+        """The skin with few enough triangles for a picture on paper."""
         return replace(self, surface=self.surface.coarse(MOST_IN_PICTURE))
 
 

@@ -432,6 +432,6 @@ def _equation_lines(content: Content) -> Iterator[dict[str, str]]:
 
 
 def _symbol(math: str) -> str:
-    """The MathML of a symbol of an element, as in words; else empty."""
+    """The inner MathML of a <math> element if it is a single symbol, to find it within formulas; else empty."""
     match = INNER.fullmatch(math)
     return match[1] if match and COMPOSED.fullmatch(match[1]) else ""

@@ -173,7 +173,7 @@ class Work:
         threading.Thread(target=self._start, args=(theirs,), daemon=True).start()
 
     def _start(self, theirs: Connection) -> None:
-        """Start in another thread; without a process the pipe ends, and with it the work."""
+        """Start the process, from a thread of its own; if that fails, the pipe closes, which ends the work."""
         with theirs, suppress(OSError, EOFError, RuntimeError):  # of the server that ends meanwhile
             self._process.start()
             self._loop.call_soon_threadsafe(self._begin)

@@ -392,7 +392,7 @@ def shorten_numbers(table: str) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return a sentence as a block of a class of styles."""
+    """Return a sentence as an HTML paragraph of the CSS class `kind`."""
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
