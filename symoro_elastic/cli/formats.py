@@ -64,7 +64,7 @@ def _example(_context: click.Context, option: click.Parameter, name: str | None)
     "spring), floating (a flying base), gantry, linkage (a gear and a closed loop), lathe, mill (slides on ball "
     "screws), scara.",
 )
-@click.option("--axes", metavar="LIST", help='Slides instead of a kind, from the frame to the tool: "X Y Z".')
+@click.option("--axes", metavar="LIST", help='Axes instead of a kind, from the frame to the tool: "X Y Z B C".')
 @click.option("--screws", metavar="PITCH", help="An elastic ball screw behind each motor of --axes, as 20mm.")
 @writes
 def new(

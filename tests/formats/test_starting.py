@@ -6,6 +6,7 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import symoro_elastic as se
@@ -16,6 +17,7 @@ from symoro_elastic.formats.toml.keys import OF_JOINTS, SECTIONS
 from symoro_elastic.formats.toml.starting import STARTS, start_of_axes, starting_text
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
+from symoro_elastic.models.bound.joint_axes import placed_machine
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.programs.catalogue import MODELS, trace
 
@@ -82,13 +84,17 @@ def test_the_limbs_of_a_delta_are_equal() -> None:
     assert len(gains) == 3 and gains[1:] == [pytest.approx(gains[0], rel=1e-3)] * 2
 
 
-@pytest.mark.parametrize(("axes", "screws"), [("X Y Z", "20mm"), ("zx", ""), ("Y", "1/3"), ("y, z", "0.01")])
-def test_slides_from_the_frame_to_the_tool_are_in_order(axes: str, screws: str) -> None:
+@pytest.mark.parametrize(
+    ("axes", "screws"), [("X Y Z", "20mm"), ("zx", ""), ("Y", "1/3"), ("y, z", "0.01"), ("XCZBYA", "20mm"), ("b", "")]
+)
+def test_axes_from_the_frame_to_the_tool_are_in_order(axes: str, screws: str) -> None:
     machine = toml.read(starting_text("machine", start_of_axes(axes, screws)), "machine.toml")
     check(machine, reserved_words(), MODELS)
     letters = axes.lower().replace(" ", "").replace(",", "")
     assert [one.name for one in machine.motor_joints] == [f"{x}_axis" for x in letters]
-    assert [machine.joint(j).name for j in machine.elastic] == [f"{x}_screw" for x in letters if screws]
+    assert [machine.joint(j).name for j in machine.elastic] == [f"{x}_screw" for x in letters if screws and x in "xyz"]
+    axes_at_zero = [placed_machine(machine, {}).joints[j - 1].axis for j in machine.motors]
+    assert np.allclose(axes_at_zero, [np.eye(3)["xyzabc".index(x) % 3] for x in letters])
     if screws:
         pitch = {"20mm": 0.02, "1/3": 1 / 3, "0.01": 0.01}[screws]
         assert machine.joints[0].ratio.value() == pytest.approx(2 * math.pi / pitch, rel=1e-15)
@@ -106,7 +112,7 @@ def test_slides_from_the_frame_to_the_tool_are_in_order(axes: str, screws: str) 
         *(("X", "p", "--screws: 'p'"), ("X", "__import__('os')", "not arithmetic"), ("X", "nan", "not finite")),
     ],
 )
-def test_slides_that_are_none_are_refused(axes: str, screws: str, what: str) -> None:
+def test_lists_that_are_none_are_refused(axes: str, screws: str, what: str) -> None:
     with pytest.raises(InputError, match=re.escape(what)):
         start_of_axes(axes, screws)
 

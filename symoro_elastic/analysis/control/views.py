@@ -125,7 +125,7 @@ def gains_table(control: Control) -> Table:
         tuned = ", ".join(cascade.tuned_gains) or "-"
         table.add_row(
             axis.motor, f"{cascade.Kp:.5g} {unit}", rotor, integral, f"{cascade.Kv:.4g}",
-            f"{M_PER_MIN_AND_MM * cascade.Kv:.3g}", tuned,
+            f"{M_PER_MIN_AND_MM * cascade.Kv:.3g}" if axis.joint.sigma == 1 else "-", tuned,
         )  # fmt: skip
     return table
 

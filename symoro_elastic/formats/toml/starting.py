@@ -30,7 +30,6 @@ from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.motion_keys import MOTION, WANTED
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import AXES
 from symoro_elastic.machine.formula import FormulaError, number
 from symoro_elastic.machine.names import quote
 from symoro_elastic.quantities.unit_reader import UnitError, in_si
@@ -94,34 +93,42 @@ waist    = { viscous = 2, coulomb = 4 }
 )
 
 
-def start_of_axes(axes: str, screws: str = "") -> Start:
-    """Template with slides along x, y or z in this order, from frame to tool, each with a motor; `InputError`.
+SIGMAS = dict.fromkeys("xyz", 1) | dict.fromkeys("abc", 0)
+"""Kinds of the axes of a machine tool by their letters: slides, and turns."""
+AXIS = dict(zip("xyzabc", "xyzxyz", strict=True))
+"""The axis along which, or about which, each moves."""
 
-    With `screws`, a pitch with its unit or in m, an elastic ball screw is between each motor and its slide.
+
+def start_of_axes(axes: str, screws: str = "") -> Start:
+    """Template with slides x, y, z and turns a, b, c about x, y, z in this order, from frame to tool; `InputError`.
+
+    Each has a motor. With `screws`, a pitch with its unit or in m, an elastic ball screw is between that and a slide.
     """
     letters = re.sub(r"[\s,]", "", axes).lower()
-    if not letters or not set(letters) <= set(AXES) or len(set(letters)) < len(letters):
-        what = (
-            f'{quote(axes)} is not a list of axes: write X, Y and Z in order from the frame to the tool, as in "X Y Z"'
-        )
-        raise InputError("symoro-elastic", "--axes", what)
-    pitch, slide = _pitch(screws) if screws else "", "screw" if screws else "axis"
-    rows, bodies, springs = [], [], []
-    rotor = f'rotor_inertia = 2e-3, ratio = "2*pi/{pitch}"' if screws else "rotor_inertia = 80"
+    if not letters or not set(letters) <= SIGMAS.keys() or len(set(letters)) < len(letters):
+        what = "write X, Y, Z and turns A, B, C about these, in order from the frame to the tool, as in"
+        raise InputError("symoro-elastic", "--axes", f'{quote(axes)} is not a list of axes: {what} "X Y Z B C"')
+    pitch = _pitch(screws) if screws else ""
+    rows, bodies, springs, motors, carrier = [], [], [], [], ""
     for k, x in enumerate(letters):
-        place, mass = f'sigma = 1, axis = "{x}", at = [0, 0, {0.2 * k:.1g}]', 400 >> k
+        has_screw = bool(screws) and SIGMAS[x] == 1
+        carrier, mass = f"{x}_screw" if has_screw else f"{x}_axis", max(400 >> k, 25)
+        place = f'sigma = {SIGMAS[x]}, axis = "{AXIS[x]}", at = [0, 0, {0.2 * k:.1g}]'
         rows.append(f'  {{ name = "{x}_axis",  kind = "motor",   {place} }},')
-        if screws:
+        if has_screw:
             rows.append(f'  {{ name = "{x}_screw", kind = "elastic", {place} }},')
             springs.append(f"{x}_screw = {{ stiffness = 1.5e8, damping = 2e4 }}")
         inertia = ", ".join([f"{0.04 * mass:g}"] * 3)
-        bodies.append(f"{x}_{slide} = {{ mass = {mass}, center_of_mass = [0, 0, 0], inertia = [{inertia}] }}")
-    rows.append(f'  {{ name = "tool",    kind = "fixed", at = [0, 0, "-L1"], in = "{letters[-1]}_{slide}" }},')
+        bodies.append(f"{carrier} = {{ mass = {mass}, center_of_mass = [0, 0, 0], inertia = [{inertia}] }}")
+        rotor = f'2e-3, ratio = "2*pi/{pitch}"' if has_screw else 80 if SIGMAS[x] else 0.5
+        motors.append(f"{x}_axis = {{ rotor_inertia = {rotor} }}")
+    rows.append(f'  {{ name = "tool",    kind = "fixed", at = [0, 0, "-L1"], in = "{carrier}" }},')
     tables = {"parameters": 'L1 = { value = 0.2, unit = "m" }', "bodies": "\n".join(bodies)}
     tables |= {"springs": "\n".join(springs)} if springs else {}
-    tables["motors"] = "\n".join(f"{x}_axis = {{ {rotor} }}" for x in letters)
-    title = f"slides along {', '.join(letters)} from the frame to the tool"
-    title += ", each on an elastic ball screw" * bool(screws)
+    tables["motors"] = "\n".join(motors)
+    title = f"axes {', '.join(letters.upper())} from the frame to the tool" + ", slides on elastic ball screws" * bool(
+        springs
+    )
     return with_drives(Start(title, "\n".join(rows), tables))
 
 

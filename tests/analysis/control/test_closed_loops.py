@@ -299,3 +299,14 @@ def test_tuned_axes_keep_their_margins_after_all_others_are_closed(tmp_path: Pat
     for axis in place["axes"]:
         assert axis["position_loop"]["modulus"] >= 0.7 * (1 - ABOVE), axis["motor"]
         assert axis["velocity_loop"]["modulus"] >= 0.5 * (1 - ABOVE), axis["motor"]
+
+
+def test_only_gains_of_slides_are_in_metres() -> None:
+    """1/s is 0.06 m/min/mm; a turn has no metres."""
+    rows = [("slide", 1, "x"), ("turn", 0, "z")]
+    joints = [{"name": name, "kind": "motor", "sigma": sigma, "axis": axis} for name, sigma, axis in rows]
+    bodies = {"slide": {"mass": 20}, "turn": {"mass": 5, "inertia": [1, 1, 1]}}
+    drives = {name: {"Kp": 900, "Kv": 50, "current": {"lag": 1e-4}} for name, *_ in rows}
+    machine = {"name": "m", "gravity": [0, 0, 0], "joints": joints, "bodies": bodies, "drives": drives}
+    gains = next(iter(se.control(machine).parts()))
+    assert [row[-3:-1] for row in gains.rows] == [("50", "3"), ("50", "-")]
