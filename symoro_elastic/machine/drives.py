@@ -35,6 +35,8 @@ class Sought(Enum):
 
 
 TUNED = Sought.TUNED
+NO_NUMBER = f'"{TUNED}", which is no number: symoro-elastic tune MACHINE --save FILE writes values'
+"""The end of a message about a gain, "... is ", where it needs a value."""
 Gain = Formula | Sought
 
 

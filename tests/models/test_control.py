@@ -227,7 +227,7 @@ def test_each_motor_has_states_of_its_own() -> None:
     ("one", "place", "what"),
     [
         (drive(period=None), "drives, motor, period", "is missing: a controller is code that is called once"),
-        (replace(drive(), Kp=TUNED), "drives, motor, Kp", '"tuned" has no value yet: find it by symoro-elastic'),
+        (replace(drive(), Kp=TUNED), "drives, motor, Kp", 'is "tuned", which is no number: symoro-elastic tune'),
         (
             drive(filters=(LowPass(f(4000)),)),
             "filter 1, frequency",

@@ -16,7 +16,7 @@ from symoro_elastic.analysis.vibration.linearization import LinearSlopes, respon
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.drives import MOTOR
+from symoro_elastic.machine.drives import MOTOR, NO_NUMBER
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.signals import outputs
 
@@ -44,8 +44,7 @@ def feedbacks_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, 
     for name, drive in drives_of(motion.asked).by_motor.items():
         cascade = cascade_of(joints[name], drive, motion.parameters, motion.source)
         if cascade.tuned_gains:
-            what = 'is "tuned", which is no number: `control --save` writes those that it finds'
-            raise InputError(motion.source, f"drives, {name}, {cascade.tuned_gains[0]}", what)
+            raise InputError(motion.source, f"drives, {name}, {cascade.tuned_gains[0]}", f"is {NO_NUMBER}")
         if shared := cascade.by_parameter.keys() & {*sought}:
             key = next((key for key, formula in drive.formulas if min(shared) in formula.names), "current")
             what = f"depends on {min(shared)}, which is sought: give it a number, or name what is sought (--seek)"

@@ -30,7 +30,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.drives import MOTOR
+from symoro_elastic.machine.drives import MOTOR, NO_NUMBER
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.machine.restrict import under_forces
@@ -374,8 +374,7 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
             raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
         drive = cascade_of(joints[name], by_motor[name], motion.parameters, machine.label)
         if drive.tuned_gains:
-            what = f'{name}: {", ".join(drive.tuned_gains)} "tuned": find values by symoro-elastic tune MACHINE'
-            raise machine.error("drives", what)
+            raise machine.error(f"drives, {name}, {', '.join(drive.tuned_gains)}", f"is {NO_NUMBER}")
         yield drive
 
 

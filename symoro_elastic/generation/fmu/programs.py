@@ -14,7 +14,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.constants import unused_name, with_free_numbers
 from symoro_elastic.machine.described import DescribedMachine, between_samples, drives_of
-from symoro_elastic.machine.drives import ONE, TUNED, Drive, Drives
+from symoro_elastic.machine.drives import NO_NUMBER, ONE, TUNED, Drive, Drives
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.joints import Joint
@@ -290,8 +290,8 @@ def given_of(machine: Machine) -> tuple[Given, tuple[str, ...]]:
     if not drives:
         return Given.TORQUES, ()
     if tuned := [name for name, x in drives.items() if TUNED in (x.Kv, x.Kp, x.Tn)]:
-        what = f'torques of motors are inputs: gains of [drives] ({", ".join(tuned)}) are "{TUNED}": control --save '
-        return Given.TORQUES, (f"{what}writes them",)
+        what = f"torques of motors are inputs: a gain of [drives] ({', '.join(tuned)}) is {NO_NUMBER}"
+        return Given.TORQUES, (what,)
     if any(x.period is not None for x in drives.values()):
         sampled_drives(machine)
         return Given.SAMPLES, ()

@@ -22,7 +22,7 @@ from fractions import Fraction
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.drives import TUNED, Average, Drive, Filter, LowPass, Notch, why_wrong
+from symoro_elastic.machine.drives import NO_NUMBER, TUNED, Average, Drive, Filter, LowPass, Notch, why_wrong
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
@@ -47,8 +47,7 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
             raise machine.error(f"drives, {name}", "is missing: controllers are written of all motors together")
         drive = configured[name]
         if missing := [key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED]:
-            what = f'"{TUNED}" has no value yet: find it by symoro-elastic tune MACHINE'
-            raise machine.error(f"drives, {name}, {', '.join(missing)}", what)
+            raise machine.error(f"drives, {name}, {', '.join(missing)}", f"is {NO_NUMBER}")
         if drive.period is None:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"
             raise machine.error(f"drives, {name}, period", what)

@@ -10,7 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.drives import MOTOR, TUNED, Drive, Filter, LoadPosition, LowPass, Notch, why_no_current_loop
+from symoro_elastic.machine.drives import (
+    MOTOR,
+    NO_NUMBER,
+    TUNED,
+    Drive,
+    Filter,
+    LoadPosition,
+    LowPass,
+    Notch,
+    why_no_current_loop,
+)
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.kinematics import frames
@@ -37,7 +47,7 @@ def why_not_driven(machine: Machine) -> str:
     of = drives_of(machine)
     for name, drive in of.by_motor.items():
         if TUNED in (drive.Kv, drive.Kp, drive.Tn):
-            return f'gains of {name} are "{TUNED}": control --save finds them'
+            return f"a gain of {name} is {NO_NUMBER}"
         if drive.measured != MOTOR and name not in of.loads:
             return f"{name} measures {drive.measured}, which is known along a motion only: simulate takes it"
         if drive.period is not None:

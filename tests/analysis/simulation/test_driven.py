@@ -161,7 +161,7 @@ HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05
             {"method": "rk4", "step": 1e-3},
             "step: 0.001 s is beyond the limit of rk4 here: give at most 0.000557 s, or w3, w2",
         ),
-        (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned": find values by symoro-elastic tune'),
+        (drive(Kp="tuned"), {}, {"adaptive": True}, 'drives, motor, Kp: is "tuned", which is no number'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
         (drive(), {"servo": {"motor": {"kp": 1, "kd": 1}}}, {"adaptive": True}, "motors have drives or servos"),
     ],
