@@ -189,7 +189,7 @@ SPEEDS = [1.0, 40.0, 2500.0, 60_000.0]
         ("turning", 0, 1e-4),
         ("across", 6, 4e-5),
         ("milling", 4, 1e-4),
-        *(pytest.param(cut, seed, 4e-5, marks=pytest.mark.thorough) for cut in CUTS for seed in range(10)),
+        *(pytest.param(cut, seed, 4e-5, marks=pytest.mark.thorough) for cut in CUTS for seed in range(4)),
     ],
 )
 def test_depths_under_drives_are_those_of_a_scan(cut: str, seed: int, dead_time: float) -> None:

@@ -98,7 +98,7 @@ def test_estimates_from_clipped_torques_are_within_their_intervals(name: str, sh
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["slide", "geared"])
-@pytest.mark.parametrize("share", [0.01, 0.05, 0.2, 0.6])
+@pytest.mark.parametrize("share", [0.05, 0.6])
 def test_intervals_from_clipped_torques_cover_the_truth(name: str, share: float) -> None:
     """30 draws: 95 % of the intervals of 1.96 standard deviations, but for chance (three standard deviations of it)."""
     beyond = np.abs([z_scores(name, found(name, clipped(name, share, seed))) for seed in range(200, 230)]) > 1.96
