@@ -222,7 +222,7 @@ WRITTEN = {
 @pytest.mark.parametrize("what", list(WRITTEN)[1:])
 def test_a_mistake_in_all_responses_is_named(what: str) -> None:
     tests = [replace(t, responses=tuple(map(WRITTEN[what], t.responses))) for t in hammer()]
-    with pytest.raises(se.InputError, match=f"test 1: responses: are written {what}: only so"):
+    with pytest.raises(se.InputError, match=f"test 1: responses: are written {what}: the model explains"):
         se.update(start(), tests)
 
 
