@@ -17,6 +17,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Machine, Vector3
 
@@ -37,6 +38,8 @@ class Sought(Enum):
 TUNED = Sought.TUNED
 NO_NUMBER = f'"{TUNED}", which is no number: symoro-elastic tune MACHINE --save FILE writes values'
 """The end of a message about a gain, "... is ", where it needs a value."""
+SAME = 1e-9
+"""Relative deviation of a dead time from a period that counts as rounding."""
 Gain = Formula | Sought
 
 
@@ -175,6 +178,14 @@ def gain_unit(key: str, joint: Joint) -> str:
     """Return the unit of a gain, "Kv", "Kp" or "Tn", of the drive of a joint."""
     slides = joint.sigma == 1
     return {"Kv": "1/s", "Kp": "N s/m" if slides else "N m s/rad", "Tn": "s"}[key]
+
+
+def dead_time_within(period: float, dead: float, motor: str, source: str) -> float:
+    """Return the dead time (s) of a sampled drive, at most its period; raises `InputError` for a longer one."""
+    if dead > period * (1 + SAME):
+        what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
+        raise InputError(source, f"drives, {motor}, dead_time", what)
+    return period if dead > period * (1 - SAME) else dead
 
 
 POSITIVE = (

@@ -31,8 +31,9 @@ from symoro_elastic.analysis.control.closed_loop import NOTHING, closed_loop
 from symoro_elastic.analysis.control.drive_laws import TAU, XD, current_loop
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.drives import dead_time_within
+from symoro_elastic.models.drives.control import common_period
 
 
 @dataclass(frozen=True)
@@ -57,10 +58,13 @@ class SampledLoop:
 def period_of(cascades: Sequence[Cascade], source: str) -> float:
     """Return the period of the sampled drives, 0 where there are none; raises `InputError` where they have several."""
     periods = {cascade.motor: hold.time for cascade in cascades for hold in cascade.path if isinstance(hold, Hold)}
-    if len({*periods.values()}) > 1:
-        periods_by_motor = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
-        raise InputError(source, "drives, period", f"{periods_by_motor}: sampled drives have one period")
-    return next(iter(periods.values()), 0.0)
+    return common_period(periods, source)
+
+
+def dead_time_of(cascade: Cascade, period: float, source: str) -> float:
+    """Return the dead time of a sampled drive, s; raises `InputError` for one beyond the period."""
+    dead = sum(x.time for x in cascade.path if isinstance(x, DeadTime))
+    return dead_time_within(period, dead, cascade.motor, source)
 
 
 def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | None:
@@ -143,10 +147,6 @@ class VelocityLaw:
     @classmethod
     def of(cls, cascade: Cascade, period: float, source: str) -> VelocityLaw:
         """Return the controller of a cascade; raises `InputError` for a dead time beyond a period."""
-        dead = sum(x.time for x in cascade.path if isinstance(x, DeadTime))
-        if dead > period * (1 + 1e-12):
-            what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
-            raise InputError(source, f"drives, {cascade.motor}, dead_time", what)
         law = System.gain(cascade.Kp)
         if cascade.Tn < np.inf:
             share = period / cascade.Tn
@@ -157,7 +157,7 @@ class VelocityLaw:
                 law = law.then(by_tustin(biquad_system(x), x.w, period))
             elif isinstance(x, FirstOrder) and x.name != CURRENT:
                 law = law.then(by_tustin(first_order_system(x), 1 / x.time, period))
-        return cls(cascade, law, min(dead, period), sum(x.time for x in lags))
+        return cls(cascade, law, dead_time_of(cascade, period, source), sum(x.time for x in lags))
 
 
 def by_tustin(law: System, w: float, period: float) -> System:

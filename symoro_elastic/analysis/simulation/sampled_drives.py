@@ -15,19 +15,15 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import CURRENT, Cascade, DeadTime, FirstOrder
+from symoro_elastic.analysis.control.cascade import CURRENT, FirstOrder
 from symoro_elastic.analysis.control.drive_laws import INPUTS, TAU, XD, DriveLaw, current_loop
-from symoro_elastic.analysis.control.sampled import period_of
+from symoro_elastic.analysis.control.sampled import dead_time_of, period_of
 from symoro_elastic.analysis.simulation.driven import DrivenMotion
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.drives import SAME
 from symoro_elastic.models.drives.control import CONTROL, START
 from symoro_elastic.numerics.verification.implementations import numpy_model
-
-SAME = 1e-9
-"""Of a period: a dead time that is this near to it is a period."""
 
 
 class Sample(NamedTuple):
@@ -66,8 +62,9 @@ class Sampling:
     def __init__(self, reference: Reference) -> None:
         """Prepare the controllers; raises `InputError` for those that cannot be sampled."""
         self.reference = reference
-        self.period = period_of(reference.drives, reference.machine.label)
-        self.dead_times = [_dead_time(drive, self.period, reference.machine) for drive in reference.drives]
+        source = reference.machine.label
+        self.period = period_of(reference.drives, source)
+        self.dead_times = [dead_time_of(drive, self.period, source) for drive in reference.drives]
         code = numpy_model(reference.machine, (CONTROL, START))
         self._control: Any = code.control
         y, yd, ydd = (x[0] for x in reference.at(np.zeros(1)))
@@ -161,11 +158,3 @@ class SampledMotion(Sampling, DrivenMotion):
         inputs[..., TAU] = torques
         inputs[..., XD] = self.of_motors(motion)[1]
         return inputs
-
-
-def _dead_time(drive: Cascade, period: float, machine: Machine) -> float:
-    dead = sum(x.time for x in drive.path if isinstance(x, DeadTime))
-    if dead > period * (1 + SAME):
-        what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
-        raise InputError(machine.label, f"drives, {drive.motor}, dead_time", what)
-    return period if dead > period * (1 - SAME) else dead

@@ -14,7 +14,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.constants import unused_name, with_free_numbers
 from symoro_elastic.machine.described import DescribedMachine, between_samples, drives_of
-from symoro_elastic.machine.drives import NO_NUMBER, ONE, TUNED, Drive, Drives
+from symoro_elastic.machine.drives import NO_NUMBER, ONE, TUNED, Drive, Drives, dead_time_within
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.joints import Joint
@@ -53,8 +53,6 @@ KEYS = {"torque_limit": "limits, torque", "current": "current, kp"}
 """Keys of a file whose names are others than those of a `Drive`."""
 OF_SAMPLES = ("period", "dead_time", "time")
 """Numbers that decide when a controller is called, and what it keeps: constants of an FMU."""
-SAME = 1e-9
-"""Of a period: a dead time that is this near to it is a period."""
 
 
 @dataclass(frozen=True)
@@ -335,10 +333,7 @@ def sampling_of(machine: Machine) -> Sampling:
     late = []
     for j, drive in drives.items():
         dead = period if drive.dead_time is None else float(drive.dead_time.value(values))
-        if dead > period * (1 + SAME):
-            what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
-            raise machine.error(f"drives, {machine.joint(j).name}, dead_time", what)
-        late.append(period if dead > period * (1 - SAME) else dead)
+        late.append(dead_time_within(period, dead, machine.joint(j).name, machine.label))
     offsets = (0.0, *sorted({x for x in late if 0 < x < period}))
     return Sampling(period, offsets, tuple((*offsets, period).index(x) for x in late))
 

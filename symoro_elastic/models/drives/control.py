@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import NO_NUMBER, TUNED, Average, Drive, Filter, LowPass, Notch, why_wrong
@@ -55,10 +56,16 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
     if not drives:
         raise machine.error("drives", "the machine has no motor")
     periods = {machine.joint(j).name: _numbers(machine, j, drive)["period"] for j, drive in drives.items()}
+    common_period(periods, machine.label)
+    return drives
+
+
+def common_period(periods: Mapping[str, float], source: str) -> float:
+    """Return the period of sampled drives, s, from those by motor; raises `InputError` for different ones."""
     if len({*periods.values()}) > 1:
         shown = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
-        raise machine.error("drives, period", f"{shown}: sampled drives have one period")
-    return drives
+        raise InputError(source, "drives, period", f"{shown}: sampled drives have one period")
+    return next(iter(periods.values()), 0.0)
 
 
 def samples_of_mean(time: float, period: float) -> tuple[int, str]:
