@@ -10,6 +10,7 @@ from symoro_elastic.formats.format import Conversion, Format
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.par import reading as par
 from symoro_elastic.formats.robots.converting import DISTAL, MJCF, URDF
+from symoro_elastic.formats.robots.robot import EXPAND
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import write_text
@@ -24,7 +25,7 @@ from symoro_elastic.machine.valid_names import with_valid_names
 
 FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, MJCF, DISTAL)
 """Every format, as `FORMAT_NAMES` has them; a new one is a module, a line there and its line here."""
-ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"}
+ADVICE = {".xacro": EXPAND}
 """What to do with files of other suffixes."""
 
 

@@ -21,6 +21,7 @@ from symoro_elastic.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom
 from symoro_elastic.formats.robots.mjcf_model import Compiled, mujoco_model
 from symoro_elastic.formats.robots.robot import (
     LARGEST,
+    SPRING_OF_FOLLOWER,
     Connection,
     Description,
     Holding,
@@ -308,8 +309,7 @@ class Equalities:
     def _following(self, first: int, second: int, law: Polynomial) -> Mimicked | float:
         name = self.bodies.joint_names[first]
         if self._model.jnt_stiffness[first] > 0 and not self.forces.off("SPRING"):
-            what = "it has a spring and follows another joint: move the spring to that joint"
-            raise self.bodies.compiled.error(f"joint {quote(name)}", what)
+            raise self.bodies.compiled.error(f"joint {quote(name)}", SPRING_OF_FOLLOWER)
         if second < 0 or law.degree() == 0:
             return float(law.coef[0])
         offset, multiplier, *powers = map(float, law.coef)

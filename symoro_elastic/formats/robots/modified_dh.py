@@ -31,6 +31,7 @@ from symoro_elastic.formats.robots.joint_tree import (
 )
 from symoro_elastic.formats.robots.loop_variables import following_joints
 from symoro_elastic.formats.robots.robot import (
+    SPRING_OF_FOLLOWER,
     Connection,
     Description,
     Holding,
@@ -395,8 +396,7 @@ class _Builder:
 def kind_of(joint: LinkJoint, source: str) -> Kind:
     """Kind of a moving joint, that of its motor if it has a spring too; raises `InputError`."""
     if joint.follows and joint.stiffness:
-        what = "it has a spring and follows another joint: a coupled row has no spring"
-        raise InputError(source, f"joint {quote(joint.name)}", what)
+        raise InputError(source, f"joint {quote(joint.name)}", SPRING_OF_FOLLOWER)
     if joint.follows:
         return Kind.COUPLED
     if joint.driven:

@@ -21,6 +21,8 @@ from symoro_elastic.machine.names import quote
 
 LARGEST = 1e50
 """Numbers beyond it are refused: what is made of their products would not be finite."""
+EXPAND = "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"
+SPRING_OF_FOLLOWER = "it has a spring and follows another joint: move the spring to that joint"
 
 
 class JointType(StrEnum):

@@ -17,6 +17,7 @@ import numpy as np
 from symoro_elastic.formats.files import name_of
 from symoro_elastic.formats.robots.joint_tree import rotation
 from symoro_elastic.formats.robots.robot import (
+    EXPAND,
     Description,
     JointType,
     Link,
@@ -41,7 +42,6 @@ TYPES = {
     "floating": JointType.FLOATING,
 }
 PLANAR = "a planar joint: write it as two prismatic joints and a revolute one, with links without inertia between"
-EXPAND = "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"
 MODELLED = {"link", "joint", "transmission"}
 WITHOUT_EFFECT = {"material", "gazebo", "sensor", "plugin", "static", "verbose", "mujoco", "capsule_geometry"}
 ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
