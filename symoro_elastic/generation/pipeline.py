@@ -33,7 +33,7 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.constants import with_free_numbers
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import free_name, quote, why_no_machine
+from symoro_elastic.machine.names import unusable, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.rounded_angles import DECIMALS, with_exact_angles
 from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
@@ -148,8 +148,7 @@ def refuse_name(name: str, place: str) -> None:
     """Raise `InputError` for a name that no machine may have."""
     words = reserved_words()
     if reason := why_no_machine(name, words):
-        what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, {**words, name: reason})!r} is free"
-        raise InputError("symoro-elastic", place, what)
+        raise InputError("symoro-elastic", place, unusable(name, reason, words))
 
 
 @no_collection()

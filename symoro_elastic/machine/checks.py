@@ -24,8 +24,8 @@ from symoro_elastic.machine.names import (
     NONE,
     Reasons,
     did_you_mean,
-    free_name,
     quote,
+    unusable,
     why_no_joint,
     why_no_machine,
     why_reserved,
@@ -217,8 +217,7 @@ def _name_faults(machine: DescribedMachine, reserved: Reasons) -> Iterator[Fault
     for why, place, name in [*named, *((why_reserved, *pair) for pair in (*variables, *parameters))]:
         if reason := why(name, reserved):
             origin = f" ({machine.origin.of_name})" if place == "name" and machine.origin.of_name else ""
-            free = free_name(name, {**reserved, name: reason})
-            yield place, f"the name {quote(name)} cannot be used: {reason}; {free!r} is free{origin}"
+            yield place, unusable(name, reason, reserved) + origin
     yield from _frame_faults(machine, reserved)
     for names in (joints, [*parameters, *variables]):
         places: dict[str, str] = {}
@@ -243,7 +242,7 @@ def _frame_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
         what, name = kind_and_name(frame.name)
         place = f"frame {quote(frame.name)}"
         if reason := why_no_joint(name, reserved):
-            yield place, f"the name cannot be used: {reason}; {free_name(name, reserved)!r} is free"
+            yield place, unusable(name, reason, reserved)
         if frame.on and frame.on not in rows:
             yield f"{place}, on", f"no joint {quote(frame.on)}{did_you_mean(frame.on, rows)}"
         if frame.name == BASE or (name in rows and not what and not _is_carried(machine, frame.on, name)):

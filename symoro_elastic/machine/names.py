@@ -111,6 +111,12 @@ def list_of_names(names: Iterable[object]) -> str:
     return some_of([quote(name) for name in names])
 
 
+def unusable(name: str, reason: str, reserved: Reasons) -> str:
+    """Return the message about a name that cannot be used, with a similar one that can."""
+    free = free_name(name, {**reserved, name: reason})
+    return f"the name {quote(name)} cannot be used: {reason}; {free!r} is free"
+
+
 def did_you_mean(name: str, choices: Iterable[str]) -> str:
     """The end of a message about an unknown name: the closest known one, else all if they are few."""
     names = sorted({str(other) for other in choices})
