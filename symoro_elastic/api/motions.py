@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
-NOTHING_TO_INTEGRATE = "every joint is a motor that follows exactly: leave it out, or give the motors servos"
 NO_TERMS = (
     "a model that is simulated loses numbers, not terms, which would violate the power balance; the tolerances are "
     "those of [wanted]: leave out within"
@@ -80,12 +79,13 @@ class Plan:
     ) -> Simulation:
         """Return the simulation of a reference motion."""
         from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+        from symoro_elastic.analysis.simulation.compiled_steps import NOTHING_TO_INTEGRATE
         from symoro_elastic.analysis.simulation.simulate import follow, follows_exactly, simulate
 
         steps = self.integration
         if follows_exactly(reference):
             if steps.adaptive:
-                raise InputError("symoro-elastic", "--adaptive", NOTHING_TO_INTEGRATE)
+                raise InputError("symoro-elastic", "--adaptive", f"{NOTHING_TO_INTEGRATE}, or leave it out")
             return follow(reference, self.request)
         if steps.adaptive:
             return simulate_adaptively(reference, self.request, steps.events, steps.stop, announce, progress)

@@ -55,6 +55,7 @@ __all__ = [
 ]
 
 T = TypeVar("T")
+NO_MOTOR = 'no joint has a motor: give one kind = "motor" (.par: mu = 1)'
 
 
 @dataclass(frozen=True)
@@ -403,6 +404,16 @@ class Machine(Shown):
     def motor_joints(self) -> tuple[Joint, ...]:
         """The joints driven by motors, in the order of the entries of tau."""
         return tuple(map(self.joint, self.motors))
+
+    def without_motor(self, name: str) -> str:
+        """Return the message about the joint `name`, which has no motor, with the motors that there are."""
+        motors = ", ".join(joint.name for joint in self.motor_joints)
+        return f"{name} has no motor: motors are {motors}" if motors else NO_MOTOR
+
+    def dependent_joint(self, name: str) -> str:
+        """Return the message about the joint `name`, which is not independent, with the independent ones."""
+        names = ", ".join(joint.name for joint in self.independent_joints)
+        return f"{name} does not move by itself: independent joints are {names}"
 
     @cached_property
     def motors_by_name(self) -> Mapping[str, str]:

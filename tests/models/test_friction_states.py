@@ -181,7 +181,7 @@ def test_operations_of_parts_of_drives() -> None:
 @pytest.mark.parametrize(
     ("law", "steps", "says"),
     [
-        (LAW, ("midpoint",), "midpoint is not offered with states of friction .*take w3"),
+        (LAW, ("midpoint",), "midpoint is not offered with states of friction .*use w3"),
         (LAW, ("rodas4",), "rodas4 is not offered with states of friction"),
         ({"coulomb": 1, "creep": 0.1, "load": 0.1}, ("rodas4",), "rodas4 is not offered with friction that rises"),
     ],
@@ -198,7 +198,7 @@ def driven_slider(**changes: Any) -> DescribedMachine:
 
 @pytest.mark.parametrize("method", ["rodas4", "midpoint"])
 def test_steps_without_states_of_drives_are_refused(method: str) -> None:
-    with pytest.raises(InputError, match=f"drives, mass: {method} is not offered with drives: take w3, or leave"):
+    with pytest.raises(InputError, match=f"drives, mass: {method} is not offered with drives: use w3, or leave"):
         trace_models(driven_slider(), Scene(models=("direct_dynamics",), steps=(method,)))
 
 

@@ -25,6 +25,7 @@ from symoro_elastic.analysis.simulation.right_side import CompiledMotion, Compil
 from symoro_elastic.analysis.simulation.sampled_drives import SampledMotion
 from symoro_elastic.analysis.simulation.simulate import Request, Simulating
 from symoro_elastic.analysis.simulation.simulated import Crossing, Level, Simulation, Watch, energy_balance, level_of
+from symoro_elastic.analysis.vibration.following import TOO_FAST
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.output_files import temporary_folder
 from symoro_elastic.foundation.packages import for_vibrations
@@ -116,9 +117,7 @@ def integrate(
     for solver, failure in steps:
         if failure or not np.isfinite(solver.y).all() or len(times) > MOST_STEPS:
             _refuse_lost_loops(system, times, pieces)
-            when = f"{solver.t:.4g} s"
-            what = f"the motion becomes too fast to integrate at {when}: shorten it, or change springs and dampers"
-            raise reference.prescribed.error("duration", what)
+            raise reference.prescribed.error("duration", TOO_FAST.format(solver.t))
         times.append(solver.t)
         right.pass_to(solver.t, solver.y)
         pieces.append(dense := solver.dense_output())

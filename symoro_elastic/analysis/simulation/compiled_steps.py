@@ -23,7 +23,7 @@ from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import NO_MOTOR, Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.state import State, split_into
 from symoro_elastic.models.drives.drive_states import states_at_rest
@@ -40,6 +40,7 @@ CHUNK = 4096
 """Steps between two looks at the clock and at the interrupt key."""
 MOST_RECORDED = 100_000
 """States that are kept of a motion."""
+NOTHING_TO_INTEGRATE = "every joint is a motor that follows exactly, so nothing is integrated: give the motors servos"
 
 
 @dataclass(frozen=True)
@@ -215,10 +216,9 @@ def refuse_still(reference: Reference) -> None:
     if reference.base:
         return
     if not machine.motors:
-        raise machine.error("motors", "no joint has a motor, so nothing moves the machine out of its equilibrium")
+        raise machine.error("motors", NO_MOTOR)
     if reference.servo is None and len(machine.motors) == len(machine.independent):
-        what = "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos"
-        raise prescribed.error("servo", what)
+        raise prescribed.error("servo", NOTHING_TO_INTEGRATE)
 
 
 def refuse_turned(reference: Reference, run: Trajectory) -> None:

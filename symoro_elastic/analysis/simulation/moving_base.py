@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import BaseStart, PrescribedMotion
 from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.models.bound.state import State, orientation_of
+from symoro_elastic.models.steps.time_steps import refuse_base
 from symoro_elastic.numerics.evaluation.values import given_values
 
 
@@ -24,9 +24,7 @@ def start_of_base(machine: Machine, prescribed: PrescribedMotion) -> dict[str, A
     """
     if not machine.degrees_of_base:
         return {}
-    if "V0d" in known_of_base(machine):
-        what = 'the acceleration of the base is given, so it is not a state of a motion: write known = "wrench"'
-        raise machine.error("base, known", what)
+    refuse_base(machine)
     if prescribed.forces:
         raise prescribed.error("forces", "not offered on a floating base: give the wrench on it, in base")
     start = prescribed.base or BaseStart()

@@ -12,6 +12,7 @@ import numpy as np
 
 from symoro_elastic.analysis.control.cascade import FirstOrder
 from symoro_elastic.analysis.simulation.compiled_steps import (
+    NOTHING_TO_INTEGRATE,
     CompiledSteps,
     Trajectory,
     refuse_lost_loops,
@@ -534,8 +535,8 @@ def follow(reference: Reference, request: Request) -> Simulation:
     Its samples are those of --step, else enough to resolve all parts of the motion. Its errors are zero by definition.
     """
     if request.method is not None:
-        what = "every joint is a motor that follows exactly, so nothing is integrated: leave it out, or give servos"
-        raise InputError(reference.prescribed.source or reference.machine.label, "--method", what)
+        source = reference.prescribed.source or reference.machine.label
+        raise InputError(source, "--method", f"{NOTHING_TO_INTEGRATE}, or leave it out")
     steps = _sampled_steps(reference, request)
     names = request.outputs or tuple(request.tolerance or ())
     names = names or tuple(f"{motor}.{MOTOR_TORQUE}" for motor in reference.motors)

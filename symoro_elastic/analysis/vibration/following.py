@@ -19,6 +19,7 @@ from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 MOST_SWINGS = 50_000
 """Periods of the fastest mode that are followed: 25 to 100 evaluations of the model each, two minutes in all."""
 MOST_STEPS = 8 * MOST_SWINGS
+TOO_FAST = "the motion becomes too fast to integrate at {:.4g} s: shorten it, or change springs and dampers"
 Rate = Callable[[float, Array], Array]
 RELATIVE, ABSOLUTE = 1e-7, 1e-12
 """Errors of a step, of the coordinates in rad or m."""
@@ -100,8 +101,7 @@ def _integrate(
             progress(done, len(times))
         if solver.status == "finished":
             return states
-    what = f"the motion becomes too fast to integrate at {solver.t:.4g} s: cut it there, or change springs and dampers"
-    raise InputError(source, "t", what)
+    raise InputError(source, "t", TOO_FAST.format(solver.t))
 
 
 def refuse_sticking(motion: EquationsOfMotion) -> None:

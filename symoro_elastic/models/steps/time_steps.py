@@ -70,7 +70,7 @@ def notes_on_steps(machine: Machine, steps: Sequence[str]) -> tuple[str, ...]:
 
 def refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` for a machine without time steps, or without those of a requested method."""
-    _refuse_base(machine, steps)
+    refuse_base(machine, steps)
     if not machine.independent and not machine.degrees_of_base:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
     with_jumps = [
@@ -84,7 +84,7 @@ def refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
     _refuse_friction(machine, steps)
     dependent = [machine.joint(j).name for j in dependent_motors(machine)]
     if dependent and not {*steps}.isdisjoint(ROSENBROCK):
-        what = "is not offered where the motor is on a joint that follows by loops or couplings: take w3"
+        what = "is not offered where the motor is on a joint that follows by loops or couplings: use w3"
         raise machine.error(f"steps, {', '.join(dependent)}", f"{ROSENBROCK[0]} {what}")
 
 
@@ -92,10 +92,10 @@ def _refuse_friction(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` for laws of friction that the methods do not support."""
     lacking = [name for name in steps if name in WITHOUT_STATES]
     if machine.loaded and lacking:
-        what = f"{lacking[0]} is not offered with friction that rises with load: take w3"
+        what = f"{lacking[0]} is not offered with friction that rises with load: use w3"
         raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
     if machine.bristles and lacking:
-        what = f"{lacking[0]} is not offered with states of friction (bristle): take w3"
+        what = f"{lacking[0]} is not offered with states of friction (bristle): use w3"
         raise machine.error(f"steps, {machine.joint(machine.bristles[0]).name}", what)
 
 
@@ -104,17 +104,17 @@ def _refuse_drives(machine: Machine, steps: Sequence[str]) -> None:
     lacking = [name for name in steps if name in WITHOUT_STATES]
     driven = [machine.joint(j).name for j in driven_motors(machine)]
     if lacking and driven:
-        what = f"{lacking[0]} is not offered with drives: take w3, or leave [drives] out"
+        what = f"{lacking[0]} is not offered with drives: use w3, or leave [drives] out"
         raise machine.error(f"drives, {', '.join(driven)}", what)
 
 
-def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:
+def refuse_base(machine: Machine, steps: Sequence[str] = ()) -> None:
     """Raise `InputError` for a base with prescribed motion, and for methods that need exact derivatives."""
     if "V0d" in known_of_base(machine):
-        what = 'the acceleration of the base is given, so it is not a state of a time step: write known = "wrench"'
+        what = 'the acceleration of the base is given, so it is not a state: write known = "wrench"'
         raise machine.error("base, known", what)
     if machine.degrees_of_base and not {*steps}.isdisjoint(ROSENBROCK):
-        what = "needs exact derivatives, and linearization is not offered on a floating base: take w3"
+        what = "needs exact derivatives, and linearization is not offered on a floating base: use w3"
         raise machine.error("steps", f"{ROSENBROCK[0]} {what}")
 
 

@@ -232,5 +232,5 @@ def test_a_motor_that_gets_half_a_turn_away_is_refused() -> None:
 
 @pytest.mark.thorough
 def test_exact_derivatives_are_refused_where_motors_follow() -> None:
-    with pytest.raises(InputError, match=r"rodas4 is not offered where the motor is on a joint that follows .*take w3"):
+    with pytest.raises(InputError, match=r"rodas4 is not offered where the motor is on a joint that follows .*use w3"):
         simulate(under_servos(), Request(method="rodas4"))

@@ -310,7 +310,7 @@ REFUSED: dict[str, tuple[Machine, PrescribedMotion]] = {
         locked("motor_x"), motion(servo={"motor_x": Gains(1.0, 1.0), "motor_y": Gains(1.0, 1.0)}),
     ),
     "scene.toml: motion, start: ram is locked": (locked("ram"), motion(start={"ram": 0.0})),
-    "base, known: the acceleration of the base is given, so it is not a state of a motion": (
+    "base, known: the acceleration of the base is given, so it is not a state": (
         replace(two_axis(), floating=Floating(known=KnownOfBase.ACCELERATION)), motion(),
     ),
 }  # fmt: skip
