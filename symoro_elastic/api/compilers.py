@@ -14,6 +14,8 @@ from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.foundation.errors import InputError, among
 
+OF_C = "concerns the C code: add --target c, or leave it out"
+
 
 def reporting(options: Generating, targets: Sequence[str]) -> ToolChain | None:
     """Return the compiler for the report on C code, None if none is requested; raises `InputError`."""
@@ -25,7 +27,7 @@ def reporting(options: Generating, targets: Sequence[str]) -> ToolChain | None:
             raise InputError(COMMAND, places[0], "belongs to the report: add --report, or leave it out")
         return None
     if not {C.name, C_BATCH.name, *SCALED_TARGETS} & {*targets}:
-        raise InputError(COMMAND, "--report", "concerns the C code: add --target c")
+        raise InputError(COMMAND, "--report", OF_C)
     if options.processor:
         if len(places) > 1:
             raise InputError(COMMAND, "--processor", f"names a compiler and its options: leave out {places[1]}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symoro_elastic.api.checked_calls import COMMAND
-from symoro_elastic.api.compilers import reporting
+from symoro_elastic.api.compilers import OF_C, reporting
 from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Integrating, Trading, Writing
@@ -108,7 +108,7 @@ def build_of(options: Generating) -> Build:
     targets = among(options.targets, TARGET_NAMES, "--target") or DEFAULT_TARGETS
     precisions = among(options.precisions, PRECISIONS, "--precision")
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in targets if name in TARGETS):
-        raise InputError(COMMAND, "--precision", "concerns the C code: add --target c, or leave it out")
+        raise InputError(COMMAND, "--precision", OF_C)
     tools = reporting(options, targets)
     return Build(
         targets,
