@@ -28,6 +28,7 @@ from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.position import Position
 from symoro_elastic.models.bound.rules import base_rule
+from symoro_elastic.models.loops.open_loops import SINGULAR_START
 from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.models.tree.modular import modulo_prime
 
@@ -154,8 +155,7 @@ def motions_without_inertia(machine: Machine, known_motors: bool, folded: Sequen
         raise machine.error("joints", "no position was found at which all their formulas have a value")
     if not kernels:
         loops = ", ".join(loop.name for loop in machine.loops)
-        what = "start is a singular position, for example with two links stretched: choose one beside it"
-        raise machine.error(f"loop {loops}", what)
+        raise machine.error(f"loop {loops}", SINGULAR_START)
     directions, S = min(kernels, key=lambda kernel: kernel[0].shape[1])
     of_base = len(directions) - S.shape[1]
     for direction in _sparse_directions(directions):

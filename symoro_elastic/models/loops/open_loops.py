@@ -20,6 +20,7 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 SAMPLES = 4
 FLAT = 1e-6
 """Smallest singular value of W_d, columns scaled to length 1, below which a position is singular."""
+SINGULAR_START = "start is at a singular position, where branches meet: move it to the intended side"
 
 
 def open_positions(machine: Machine) -> list[Position]:
@@ -64,7 +65,7 @@ def _way_out(alone: Assembly, loop: Loop, start: Position, closest: Position, ce
     if length > 0:
         return f"{links} would need {length:.2g} m more, or give another start"
     if _is_flat(alone, loop, closest):
-        return "start is at a singular position, where branches meet: move it to the intended side"
+        return SINGULAR_START
     return f"check the {cells} around it, or give another start"
 
 
