@@ -14,7 +14,7 @@ from symoro_elastic.api.options import Evaluating, Locating, OperatingPoint, Rea
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import kept_machine
 from symoro_elastic.api.vibrations import linearized_at, motion_at
-from symoro_elastic.foundation.errors import InputError, among, reported_places
+from symoro_elastic.foundation.errors import InputError, among, reported_places, without_value
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.machine.scene import COMPONENTS, RequestedPart
@@ -55,7 +55,7 @@ def evaluate(machine: MachineLike, options: Evaluating) -> Evaluation:
 def _refuse_without_values(model: LoadedModel, source: str) -> None:
     missing = [p.name for p in model.package.parameters if np.isnan(p.value)]
     if missing:
-        raise InputError(source, "parameters", f"{missing[0]} has no value: give it by --value {missing[0]}=X")
+        raise InputError(source, "parameters", without_value(missing, "--value"))
 
 
 @operation(Reaching)

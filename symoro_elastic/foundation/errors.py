@@ -91,6 +91,12 @@ def among(names: Sequence[str], allowed: Sequence[str] | Mapping[str, Any], opti
     return tuple(dict.fromkeys(names))
 
 
+def without_value(names: Sequence[str], option: str = "") -> str:
+    """Return the message about parameters without value; `option` is one that gives it."""
+    more = f" ({len(names) - 1} more as well)" if names[1:] else ""
+    return f"{names[0]} has no value{more}: give it one in the file" + f", or by {option} {names[0]}=X" * bool(option)
+
+
 def refuse_numbers(count: int, what: str, source: str, place: str, way_out: str, most: int = MOST_HELD) -> None:
     """Raise `InputError` for more numbers than fit in memory; `what` they are, and how to reduce them."""
     if count > most:

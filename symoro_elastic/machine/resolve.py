@@ -313,8 +313,7 @@ class _Names:
         named = {self._joint(name, "start", self.independent): x for name, x in start.items()}
         for joint in named:
             if joint not in self.independent:
-                what = f"{joint} does not move by itself: independent joints are {', '.join(self.independent)}"
-                raise self.fail("start", what)
+                raise self.fail("start", self.machine.dependent_joint(joint))
         return self._distinct(named, start, "start")
 
     def servos(self, servo: Mapping[str, Servo]) -> dict[str, Servo]:
@@ -328,7 +327,7 @@ class _Names:
     def _motor(self, name: str, key: str) -> str:
         joint = self._joint(name, key, self.motors)
         if joint not in self.motors:
-            raise self.fail(key, f"{joint} has no motor: motors are {', '.join(self.motors) or 'missing here'}")
+            raise self.fail(key, self.machine.without_motor(joint))
         return joint
 
     def _joint(self, name: str, key: str, among: Sequence[str]) -> str:

@@ -211,8 +211,8 @@ def test_wrenches_that_turn_with_their_bodies_have_no_real_modes() -> None:
 REFUSED = {
     "--at motor_z=1": "two_axis.toml: --at: no joint 'motor_z' moves; did you mean 'motor_y'?",
     "--torque motor_y=0": "equilibrium: there is none: nothing supports motor_y (1010 N)",
-    "--torque bed_x=1": "--torque: bed_x has no motor; motors are motor_x, motor_y",
-    "--hold ram": "--hold: ram has no motor; motors are motor_x, motor_y",
+    "--torque bed_x=1": "--torque: bed_x has no motor: motors are motor_x, motor_y",
+    "--hold ram": "--hold: ram has no motor: motors are motor_x, motor_y",
     "--hold motor_x --pd motor_x=1:1": "--pd: motor_x is held: remove --hold or --pd",
     "--pd motor_x=1": "--pd: 'motor_x=1' is not MOTOR=KP:KD",
     "--rate motor_x=1": "--rate: an equilibrium is at rest: add --as-given",
@@ -302,6 +302,6 @@ def test_a_parameter_without_value_is_named(tmp_path: Path) -> None:
     machine = replace(machine, parameters=tuple(replace(p, value=None) for p in machine.parameters))
     write_machine(machine, tmp_path / "open.toml")
     line = refused("modes", tmp_path / "open.toml")
-    assert "parameters: M has no value (1 more as well): give it one in the file, or with --value M=X" in line
+    assert "parameters: M has no value (1 more as well): give it one in the file, or by --value M=X" in line
     found = figures("modes", tmp_path / "open.toml", "--value", "M=2", "--value", "K=800")
     assert found["frequencies"] == [pytest.approx(20 / (2 * np.pi), rel=1e-15)]

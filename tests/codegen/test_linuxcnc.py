@@ -246,7 +246,7 @@ def test_users_words_stay_words() -> None:
         (
             "rx90.par",
             Scene(models=("inverse_dynamics",)),
-            r"ZZ1 has no value, nor have \d+ others, and a component holds ",
+            r"ZZ1 has no value \(\d+ more as well\): give it one in the file",
         ),
         ("sr400.par", Scene(models=KINEMATIC), "do not move pin_end, have no place in kinematics: lock them"),
     ],

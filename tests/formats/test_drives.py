@@ -76,7 +76,7 @@ def test_motors_that_are_gone_have_no_drives() -> None:
 @pytest.mark.parametrize(
     ("drives", "place", "what"),
     [
-        ("gear = { Kv = 1, Kp = 1 }", "drives, gear", "gear has no motor; motors are rail, turn"),
+        ("gear = { Kv = 1, Kp = 1 }", "drives, gear", "gear has no motor: motors are rail, turn"),
         ("rial = { Kv = 1, Kp = 1 }", "drives", "no joint 'rial'; did you mean 'rail'?"),
         ("rail = { Kp = 1 }", "drives, rail, Kv", "is missing"),
         ('rail = { kind = "cascade", Kv = 1, Kp = 1 }', "drives, rail, kind", "every drive is one: leave kind out"),

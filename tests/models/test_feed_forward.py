@@ -330,7 +330,7 @@ def refusals() -> list[tuple[str, Machine, str]]:
         ("parallel", changed(flex4, 4, d=cell("0.1")), r"joint 4 .*vibrates by itself"),
         ("bending", changed(flex4, 4, alpha=cell("pi/2")), r"joint 4 .*lock it in a scene"),
         ("first", first_joint_elastic(3), r"joint 1 .*vibrates by itself"),
-        ("no motor", changed(drive(1, 0), 1, kind=Kind.PASSIVE), "there is no motor"),
+        ("no motor", changed(drive(1, 0), 1, kind=Kind.PASSIVE), "no joint has a motor"),
         ("moved", replace(one, base=Base(angular_velocity=(ZERO, ZERO, cell("1")))), "base: .*base at rest"),
         ("long", drive(1, 6), r"joint 7 .*14 derivatives of its motion are needed, at most 12"),
     ]

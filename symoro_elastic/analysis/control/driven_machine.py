@@ -20,7 +20,7 @@ from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR, Drive
 from symoro_elastic.machine.frames import with_base_coordinates
 from symoro_elastic.machine.joints import Kind
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import NO_MOTOR, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.signals import positions
 
@@ -78,7 +78,7 @@ def refuse_without_drives(motion: EquationsOfMotion) -> None:
         return
     motors = [joint.name for joint in motion.asked.motor_joints]
     example = f'{motors[0]} = {{ Kv = "tuned", Kp = "tuned", Tn = "tuned", dead_time = 1.5e-4 }}' if motors else ""
-    what = f"no motor has one: write {example} below [drives]" if motors else "the machine has no motor"
+    what = f"no motor has one: write {example} below [drives]" if motors else NO_MOTOR
     raise InputError(motion.source, "drives", what)
 
 

@@ -358,9 +358,7 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
         raise InputError(source, name, what)
     joint = joints[parts["joint"]]
     if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
-        motors = ", ".join(joint.name for joint in machine.motor_joints) or "motors, and the machine has none"
-        what = f"{joint.name} is {joint.kind} and has no motor: {parts['quantity']} belongs to {motors}"
-        raise InputError(source, name, what)
+        raise InputError(source, name, machine.without_motor(joint.name))
     return parts["quantity"], joint.name
 
 

@@ -16,7 +16,7 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import C, sentences
 from symoro_elastic.codegen.templates import LINE, render
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, without_value
 
 TORQUES, FORWARD = "inverse_dynamics", "geometric_model"
 CONTROL, START = "control", "control_start"
@@ -77,11 +77,7 @@ def _refuse_missing(package: Package, functions: Sequence[Function], source: str
     used = frozenset().union(*(function.program.used for function in functions))
     missing = [p.name for p in package.parameters if math.isnan(p.value) and p.symbol in used]
     if missing:
-        further = f", nor have {len(missing) - 1} others" if missing[1:] else ""
-        what = (
-            f"{missing[0]} has no value{further}, and a component holds the values of parameters: give them in the file"
-        )
-        raise InputError(source, "--target linuxcnc", what)
+        raise InputError(source, "--target linuxcnc", without_value(missing))
 
 
 def unit_of(axis: Axis) -> float:

@@ -158,8 +158,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     if name not in joints:
         raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, motors)}")
     if name not in motors:
-        listed = ", ".join(motors) or "this machine has none"
-        raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {listed}")
+        raise InputError(table.source, f"{HEADING}, {name}", machine.without_motor(name))
     _refuse_kind(table.table(name))
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}

@@ -10,6 +10,7 @@ from functools import partial
 from symoro_elastic.codegen.integration.tableaus import METHODS, Method
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import DRIVES
+from symoro_elastic.foundation.errors import without_value
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.constants import unused_name, with_free_numbers
@@ -202,9 +203,7 @@ def refuse_machines_without_unit(machine: Machine) -> None:
 def _refuse_missing_values(machine: Machine) -> None:
     missing = [p.name for p in machine.parameters if p.value is None]
     if missing:
-        more = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
-        what = f"{missing[0]} has no value{more}, and an FMU needs a start value: give it in the file"
-        raise machine.error("parameters", what)
+        raise machine.error("parameters", without_value(missing))
 
 
 @dataclass(frozen=True)

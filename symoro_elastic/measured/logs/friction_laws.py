@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import without_value
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.joints import INERTIAL, Cogging
@@ -160,8 +161,8 @@ def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
             orders[j] = machine.joint(j).reflected_cogging.order.value(known)
         if friction.static.is_zero:
             continue
-        if friction.stribeck.names - known.keys():
-            what = f"{', '.join(sorted(friction.stribeck.names - known.keys()))} has no value: give it by --value"
+        if missing := sorted(friction.stribeck.names - known.keys()):
+            what = without_value(missing, "--value")
             raise machine.error(f"friction, {machine.joint(j).name}, stribeck", what)
         velocities[j] = friction.stribeck.value(known)
     return FrictionLaws(tuple(load), velocities, cogging=orders)

@@ -16,7 +16,7 @@ from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine import described
 from symoro_elastic.machine import limits as of_joints
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import NO_MOTOR, Machine
 from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.measured.logs.excitation import Excitation
 from symoro_elastic.measured.logs.fourier_motion import Limits, Started
@@ -39,9 +39,7 @@ class Trajectory:
 def refuse_without_motors(machine: Machine) -> None:
     """Raise `InputError` for a machine without motors."""
     if not machine.motors:
-        raise machine.error(
-            "joints", "no joint has a motor, so nothing can be excited: give one the kind motor (mu = 1)"
-        )
+        raise machine.error("joints", NO_MOTOR)
 
 
 def limits_of(machine: Machine, options: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:

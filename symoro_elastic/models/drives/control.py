@@ -25,7 +25,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import NO_NUMBER, TUNED, Average, Drive, Filter, LowPass, Notch, why_wrong
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import NO_MOTOR, Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.model import Joints, Model, Result, Results
@@ -54,7 +54,7 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
             raise machine.error(f"drives, {name}, period", what)
         drives[j] = drive
     if not drives:
-        raise machine.error("drives", "the machine has no motor")
+        raise machine.error("drives", NO_MOTOR)
     periods = {machine.joint(j).name: _numbers(machine, j, drive)["period"] for j, drive in drives.items()}
     common_period(periods, machine.label)
     return drives
@@ -71,7 +71,7 @@ def common_period(periods: Mapping[str, float], source: str) -> float:
 def samples_of_mean(time: float, period: float) -> tuple[int, str]:
     """Return the number of samples of a moving average over a time, s, and an error message, empty for a valid time."""
     if time > MOST_SAMPLES * period * (1 + WHOLE):
-        return 0, f"{time:g} s are more than {MOST_SAMPLES} periods of {period:g} s: give less, or take lowpass"
+        return 0, f"{time:g} s are more than {MOST_SAMPLES} periods of {period:g} s: give less, or use lowpass"
     samples = max(round(time / period), 1)
     if abs(samples * period - time) > WHOLE * time:
         return 0, f"{time:g} s is no whole number of periods of {period:g} s: give {samples * period:g}"

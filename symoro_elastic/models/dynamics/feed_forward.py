@@ -17,7 +17,7 @@ from typing import NoReturn
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import place_of
-from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.machine import NO_MOTOR, Joint, Kind, Machine
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bound.bind import Bound
@@ -416,7 +416,7 @@ def refuse_unfit(bound: Bound, motor_chains: Sequence[Chain], damped: bool) -> N
     if not all(map(is_zero, bound.cells(motion))):
         _refuse(bound, "base", "it moves, and derivatives of its motion by time are not known: give a base at rest")
     if not bound.motors:
-        _refuse(bound, "joints", "there is no motor whose torque could be determined: make a joint a motor")
+        _refuse(bound, "joints", NO_MOTOR)
     _refuse_loops(bound)
     driven = {j for chain in motor_chains for j in chain.joints}
     for j in machine.independent:

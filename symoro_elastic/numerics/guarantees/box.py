@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, without_value
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.format_names import in_words, is_robot
 from symoro_elastic.machine.limits import Limits, Range
@@ -179,7 +179,7 @@ def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:
         return limits.parameters[name]
     value = next(parameter.value for parameter in machine.parameters if parameter.name == name)
     if value is None:
-        raise machine.error(f"parameters, {name}", "has no value: a box needs the values of all parameters")
+        raise machine.error(f"parameters, {name}", without_value([name]))
     number = value.value()
     return Range(number, number)
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray
-from symoro_elastic.foundation.errors import among
+from symoro_elastic.foundation.errors import among, without_value
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import Formula, FormulaError
@@ -287,8 +287,7 @@ def _refuse_unknown(machine: Machine, place: str, formulas: Sequence[Formula], v
         {name for formula in formulas for name in formula.names} - values.keys() - machine.variables.keys()
     )
     if missing:
-        what = f"{', '.join(missing)} without value: identification finds inertias, friction and springs, not geometry"
-        raise machine.error(place, f"{what}; give it a value")
+        raise machine.error(place, without_value(missing, "--value"))
 
 
 def nominal_body(body: Body, values: Mapping[str, float]) -> dict[str, float]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, without_value
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.domain import NEXT, Domain
@@ -130,8 +130,7 @@ class EquationsOfMotion:
         indices |= {joint.name: k for k, joint in enumerate(self.joints)}
         dependent = {x: j for j in map(self.machine.joint, self.machine.dependent) for x in (j.name, str(j.variable))}
         if name in dependent:
-            what = f"{dependent[name].name} follows from a loop: name an independent joint ({', '.join(self.names)})"
-            raise InputError(self.source, place, what)
+            raise InputError(self.source, place, self.machine.dependent_joint(dependent[name].name))
         if name not in indices:
             what = f"no joint {quote(name)} moves{did_you_mean(name, indices)}"
             raise InputError(self.source, place, what)
@@ -160,8 +159,7 @@ class EquationsOfMotion:
         motors = self.machine.motors_by_name
         if name not in motors:
             joint = self.names[self.index(name, place)]
-            names = ", ".join(self.motor_names) or "this machine has none"
-            raise InputError(self.source, place, f"{joint} has no motor; motors are {names}")
+            raise InputError(self.source, place, self.machine.without_motor(joint))
         return self.motor_names.index(motors[name])
 
     def motor_slopes(self, q: Array) -> Array:
@@ -505,9 +503,7 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
     refuse_values(machine, given, names)
     missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
     if missing:
-        more = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
-        what = f"{missing[0]} has no value{more}: give it one in the file, or with --value {missing[0]}=X"
-        raise InputError(source, "parameters", what)
+        raise InputError(source, "parameters", without_value(missing, "--value"))
     try:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
     except FormulaError as error:

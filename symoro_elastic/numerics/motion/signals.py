@@ -106,9 +106,8 @@ def joint_signals(names: Iterable[str]) -> set[str]:
 def entry_of(machine: Machine, signal: JointSignal) -> int:
     """Return the index in q of the joint of a signal; raises `InputError` for a joint that follows from others."""
     if signal.number not in machine.independent:
-        names = ", ".join(joint.name for joint in machine.independent_joints)
-        what = f"{quote(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
-        raise machine.error(OUTPUT, what)
+        what = machine.dependent_joint(machine.joint(signal.number).name)
+        raise machine.error(OUTPUT, f"{quote(signal.name)}: {what}")
     return machine.independent.index(signal.number)
 
 
@@ -123,8 +122,7 @@ def _input(machine: Machine, name: str) -> Signal:
         return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, INPUT)
     j = _joint(machine, name, owner, INPUT)
     if j not in machine.motors:
-        motors = ", ".join(default_inputs(machine)) or "this machine has none"
-        what = f"{quote(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
+        what = f"{quote(name)}: {machine.without_motor(owner)}; or name <frame>.{'|'.join(WRENCH_INPUTS)}"
         raise machine.error(INPUT, what)
     return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 

@@ -201,7 +201,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
         ({"t": columns(0)["t"]}, "y_motor: missing"),
         ({x: y for x, y in columns(4).items() if x != "ydd_motor"}, "ydd_motor: missing"),
         (columns(0) | {"q_load": columns(0)["t"]}, "q_load: only motors and their springs have a trajectory"),
-        (columns(0) | {"y_load": columns(0)["t"]}, "y_load: load is elastic and has no motor: y belongs to motor"),
+        (columns(0) | {"y_load": columns(0)["t"]}, "y_load: load has no motor: motors are motor"),
         (columns(0) | {"t": columns(0)["t"][::-1]}, "t: does not increase at sample 2"),
         (columns(0) | {"y_motor": np.full(201, np.nan)}, "y_motor: NaN or infinity"),
         ({x: y[:4] for x, y in columns(0).items()}, "t: 4 points are too few for a spline of degree 5"),

@@ -246,7 +246,7 @@ def test_references_are_the_entries_of_one_array() -> None:
     [
         ("floating_arm.toml", (), "an FMU has a fixed base"),
         ("gantry.toml", (), "coulomb friction jumps at rest"),
-        ("flex4.par", (), "XX1 has no value (45 more as well), and an FMU needs a start value"),
+        ("flex4.par", (), "XX1 has no value (45 more as well): give it one in the file"),
         ("planar_2r.toml", ("shoulder", "elbow"), "no joint moves, so an FMU would have no state"),
     ],
 )

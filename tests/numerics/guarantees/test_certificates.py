@@ -288,7 +288,7 @@ def test_ranges_of_parameters_are_part_of_the_box() -> None:
     ("change", "said"),
     [
         ({"limits": {}}, "limits, hinge: has no torque: give it, as in [limits] hinge = { torque = 300 }"),
-        ({"parameters": {"m": math.nan, "g": 9.81}}, "parameters, m: has no value: a box needs the values"),
+        ({"parameters": {"m": math.nan, "g": 9.81}}, "parameters, m: m has no value: give it one in the file"),
         (
             {"base": {"floating": "rotation", "body": {"mass": 3, "inertia": [1, 1, 1]}}},
             "has no limits: models that take it have no box",
