@@ -9,7 +9,7 @@ behind its filter. The limit of the torque is separate: linear results neglect i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -477,6 +477,14 @@ def _pade(delay: float) -> System:
     a, b = 12 / delay, 6 / delay
     A = np.array([[0.0, a], [-1 / delay, -b]])
     return System(A, np.array([0.0, 1 / delay]), np.array([0.0, -12.0]), 1.0)
+
+
+def omitted_limits(cascades: Iterable[Cascade]) -> list[str]:
+    """Return a line about limits of drives, which linear results omit; none without limits."""
+    limited = [drive for drive in cascades if drive.is_limited]
+    what = "torque, current and voltage" if any(drive.current for drive in limited) else "torque"
+    motors = ", ".join(drive.motor for drive in limited)
+    return [f"limits of {what} ({motors}) are omitted: these results are linear"] if limited else []
 
 
 def first_order_system(lag: FirstOrder) -> System:

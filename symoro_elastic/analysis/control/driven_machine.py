@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import GAINS, Cascade, cascade_of
+from symoro_elastic.analysis.control.cascade import GAINS, Cascade, cascade_of, omitted_limits
 from symoro_elastic.analysis.control.optimum import optimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, position_row
 from symoro_elastic.analysis.control.tuning import Tuning, tuned_cascades
@@ -163,7 +163,4 @@ def is_undamped(poles: ComplexArray) -> BoolArray:
 
 def _notes(plant: Plant, cascades: Sequence[Cascade]) -> tuple[str, ...]:
     notes = [f"{name} has no drive and is held" for name in plant.held]
-    limited = ", ".join(drive.motor for drive in cascades if drive.is_limited)
-    what = "limits of torque, current and voltage" if any(drive.current for drive in cascades) else "limits of torque"
-    caveats = [f"{what} ({limited}) are not in these figures: they are linear"] if limited else []
-    return (*plant.linear.doubts, *notes, *caveats)
+    return (*plant.linear.doubts, *notes, *omitted_limits(cascades))

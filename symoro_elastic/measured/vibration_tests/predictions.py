@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symoro_elastic.analysis.control.cascade import omitted_limits
 from symoro_elastic.analysis.control.response_slopes import Feedback, closed_response_slopes, feedbacks_of
 from symoro_elastic.analysis.vibration.linearization import (
     Linearization,
@@ -230,9 +231,7 @@ class Predictions:
             free = [name for name in driven if name not in excluded]
             way_out = "hold their motors, or give drives or pd, where they were on"
             off = f"the drives of {', '.join(free)} are off: {way_out}"
-            limited = [loop.cascade.motor for loop in self._feedbacks_of(test) if loop.cascade.is_limited]
-            limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
-            said = [*([off] if free else []), *([limits] if limited else [])]
+            said = [*([off] if free else []), *omitted_limits(loop.cascade for loop in self._feedbacks_of(test))]
             for line in (*self.linear_at(motion, test, values).doubts, *said):
                 lines.setdefault(line, []).append(test.name)
         return [f"{', '.join(names)}: {line}" for line, names in lines.items()]

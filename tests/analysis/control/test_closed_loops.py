@@ -169,7 +169,7 @@ def test_the_filter_of_a_set_point_is_behind_and_limits_are_said_to_be_left_out(
     one = Drive(f(20), f(3e4), f(0.03), set_point=LowPass(f(50)), torque_limit=f(900))
     found = se.control(described(motor_x=one), damping=0.02)
     assert found.places[0].axes[0].velocity_error == pytest.approx(1 / (100 * np.pi), rel=1e-4)
-    assert "limits of torque (motor_x) are not in these figures: they are linear" in found.notes
+    assert "limits of torque (motor_x) are omitted: these results are linear" in found.notes
 
 
 def test_motors_without_a_drive_are_held_and_said() -> None:
