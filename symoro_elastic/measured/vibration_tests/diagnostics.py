@@ -14,7 +14,7 @@ from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.measured.fitting.corrections import MOST_NAMED
 from symoro_elastic.measured.fitting.estimates import ROUNDING, TO_DEVIATION
 from symoro_elastic.measured.vibration_tests.listed_tests import WRITTEN, laplace_of
-from symoro_elastic.measured.vibration_tests.measured import VibrationTest, Window, WindowKind
+from symoro_elastic.measured.vibration_tests.measured import NO_TEST, VibrationTest, Window, WindowKind
 from symoro_elastic.measured.vibration_tests.misfit import Fit
 from symoro_elastic.measured.vibration_tests.predictions import Lines, Predicted
 
@@ -229,8 +229,7 @@ def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
 def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     """Return the verdict of chi2 on the model in words."""
     if math.isnan(fit.chi2):
-        why = "the noise level is estimated from the residuals (no coherence or no averages)"
-        return f"{why}, so chi2 does not test the model"
+        return f"no coherence or no averages: {NO_TEST}"
     if fit.chi2 < LEAST_CHI2:
         what = "residuals are smaller than coherence and averages imply, so standard deviations are too wide"
         return f"chi2 {fit.chi2:.3g}: {what}: check both"

@@ -20,6 +20,7 @@ SAMPLES = 2000  # of the integral of v
 EVEN = 0.005  # of the distance of lines: how far even ones are off, by the digits of files
 FEWEST = 8  # fewest lines whose distance determines the length of segments
 USUAL_FALL = math.log(100.0)  # of exponential windows
+NO_TEST = "the noise is estimated from the residuals, so chi2 does not test the model"
 
 
 class WindowKind(StrEnum):
