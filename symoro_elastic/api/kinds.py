@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import NOT_FINITE, TWICE, InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.formats.toml.tables import Table
@@ -75,8 +75,7 @@ def values_by_name(texts: Sequence[str], option: str, parse: Callable[[str], T],
         except ValueError as error:
             raise InputError(COMMAND, option, f"{text.removeprefix('=')!r}{form}{_reason(error)}") from None
         if values.setdefault(name, value) != value:
-            what = f"{name or 'the value of all'} is given twice: give it one value"
-            raise InputError(COMMAND, option, what)
+            raise InputError(COMMAND, option, f"{name or 'the value of all'} {TWICE}")
     return values
 
 
@@ -102,7 +101,7 @@ def texts_by_name(texts: Sequence[str], option: str) -> dict[str, str]:
         if not (name and equals and written):
             raise InputError(COMMAND, option, f"{text!r} is not NAME=VALUES")
         if name in values:
-            raise InputError(COMMAND, option, f"{name} is given twice: give it one value, list or range")
+            raise InputError(COMMAND, option, f"{name} {TWICE}")
         values[name] = written
     return values
 
@@ -321,7 +320,7 @@ def _number_in(table: Table, key: str) -> Any:
         raise table.fail(key, "must be a number")
     value = float(entry)
     if not math.isfinite(value):
-        raise table.fail(key, f"{value:g} is not a number to compute with")
+        raise table.fail(key, f"{value:g} {NOT_FINITE}")
     return value
 
 
@@ -376,7 +375,7 @@ def tolerances(texts: Sequence[str], option: str) -> dict[str, str]:
     for text in texts:
         name, _, value = text.rpartition("=")
         if name.strip() in by_name:
-            raise InputError(COMMAND, option, f"{name.strip() or 'a tolerance for all'} is given twice: keep one")
+            raise InputError(COMMAND, option, f"{name.strip() or 'a tolerance for all'} {TWICE}")
         by_name[name.strip()] = value
     return by_name
 

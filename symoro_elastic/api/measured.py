@@ -46,7 +46,7 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     from symoro_elastic.numerics.motion.independent_joints import with_independent_motors
 
     driven, rate = with_independent_motors(the_machine(machine)), options.sample_rate
-    trajectory.refuse_without_motors(driven)
+    driven.refuse_without_motors("joints")
     velocity, acceleration = _up_to(options.velocity), _up_to(options.acceleration)
     ranges = {"--position": _of_all(options.position), "--velocity": velocity, "--acceleration": acceleration}
     limits = trajectory.limits_of(driven, ranges)

@@ -23,7 +23,7 @@ from symoro_elastic.api.options import Integrating, OperatingPoint, Sweeping
 from symoro_elastic.api.rows import ANALYSES, MachineLike
 from symoro_elastic.api.scenes import SceneRequest, required_motions
 from symoro_elastic.api.vibrations import point_of
-from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.errors import TWICE, InputError, among
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.version import __version__
@@ -94,7 +94,7 @@ def _refuse_numbers(damping: float, frequencies: Iterable[float]) -> None:
             what = f"{python_text(x)} is not a frequency: give numbers of Hz from 0"
             raise InputError("symoro-elastic", "--frequency", what)
         if f"{x:g}" in written:
-            raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz is given twice: remove one")
+            raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz {TWICE}")
         written.add(f"{x:g}")
 
 

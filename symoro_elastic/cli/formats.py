@@ -77,7 +77,7 @@ def new(
     if screws is not None and axes is None:
         raise InputError("symoro-elastic", "--screws", "says how the slides of --axes are driven: give --axes, too")
     if kind is not None and axes is not None:
-        raise InputError("symoro-elastic", "--kind", "--axes makes a machine of its own: leave one of them out")
+        raise InputError("symoro-elastic", "--kind", "--axes makes a machine of its own: remove one of the two")
     if example:
         for option, value in (("--kind", kind), ("--full", full), ("--axes", axes is not None)):
             if value:

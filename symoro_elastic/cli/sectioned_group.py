@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from symoro_elastic.cli.listed import FORMER, LISTED, SECTIONS, ListedCommands
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 
 
 class Failure(Exception):
@@ -107,4 +107,4 @@ def _refuse_repeated(command: click.Command, words: list[str], ctx: click.Contex
     _, _, order = command.make_parser(ctx).parse_args(list(words))
     for option in order:
         if isinstance(option, click.Option) and not (option.multiple or option.is_flag) and order.count(option) > 1:
-            raise InputError("symoro-elastic", option.opts[0], "is given twice: give it one value")
+            raise InputError("symoro-elastic", option.opts[0], TWICE)

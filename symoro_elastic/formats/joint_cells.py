@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.errors import InputError
@@ -90,6 +90,13 @@ def not_alone(cell: Formula, variable: str) -> str:
     """Return why a joint variable with a factor, or with two occurrences, is invalid."""
     allowed = "alone or plus a constant or a formula of the variables of other joints"
     return f"{quote(cell)} must be the joint variable {variable!r}, {allowed}"
+
+
+def no_variable(cell: Formula, sigma: int, elsewhere: Collection[str]) -> str:
+    """Return the message about a cell without joint variable; `elsewhere` are names in the other cell."""
+    what = f"no joint variable in {quote(cell)}, where sigma = {sigma} expects it"
+    found = f"; {min(elsewhere)!r} is in {OTHER[sigma]}, which is for sigma = {1 - sigma}" if elsewhere else ""
+    return what + found
 
 
 def _without_parentheses(cell: Formula) -> str:

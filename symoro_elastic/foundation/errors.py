@@ -12,6 +12,8 @@ CONTROL = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-
 LONG_WORD = re.compile(r"\S{501,}")
 LONGEST_MESSAGE = 4000
 """Characters of a message: four times those of a list of ten names with a reason."""
+TWICE = "is given twice: keep one"
+NOT_FINITE = "is not finite: give a finite number"
 MOST_SAMPLES = 5_000_000
 MOST_IN_FILES = 30_000_000
 """Numbers of a file of motions or measurements: 240 MB, some 2 GB to work with them."""

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.file_forms import PICTURE_FORMATS
 from symoro_elastic.foundation.output_files import write_all
 from symoro_elastic.foundation.packages import import_optional
@@ -143,9 +143,7 @@ def new_figure(width: float, height: float) -> Any:
 
 def refuse_format(form: str) -> None:
     """Raise `InputError` for an unsupported picture format."""
-    if form not in PICTURE_FORMATS:
-        what = f"no format {form!r}: choose from {', '.join(PICTURE_FORMATS)}"
-        raise InputError("symoro-elastic", "--plot-format", what)
+    among((form,), PICTURE_FORMATS, "--plot-format")
 
 
 def picture(figure: Any, form: str) -> bytes:

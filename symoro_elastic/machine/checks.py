@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 
-from symoro_elastic.foundation.errors import refusing
+from symoro_elastic.foundation.errors import TWICE, refusing
 from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.flexible_faults import flexible_faults
@@ -24,7 +24,9 @@ from symoro_elastic.machine.names import (
     NONE,
     Reasons,
     did_you_mean,
+    no_such,
     quote,
+    undeclared,
     unusable,
     why_no_joint,
     why_no_machine,
@@ -171,7 +173,7 @@ def _value_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[Fau
     for j in machine.with_backlash:
         if changed_by := ", ".join(sorted(machine.joint(j).spring.stiffness.names & machine.variables.keys())):
             what = f"its stiffness changes with {changed_by}, and a backlash needs a constant one"
-            yield place_of(j, machine.joint(j), "backlash"), f"{what}: leave one of them out"
+            yield place_of(j, machine.joint(j), "backlash"), f"{what}: remove one of the two"
     for j, joint in enumerate(machine.joints, start=1):
         yield from _at(place_of(j, joint), law_faults(joint, values))
     yield from start_faults(machine, values)
@@ -244,7 +246,7 @@ def _frame_faults(machine: Machine, reserved: Reasons) -> Iterator[Fault]:
         if reason := why_no_joint(name, reserved):
             yield place, unusable(name, reason, reserved)
         if frame.on and frame.on not in rows:
-            yield f"{place}, on", f"no joint {quote(frame.on)}{did_you_mean(frame.on, rows)}"
+            yield f"{place}, on", no_such("joint", frame.on, rows)
         if frame.name == BASE or (name in rows and not what and not _is_carried(machine, frame.on, name)):
             owner = "frame 0" if frame.name == BASE else f"the frame of joint {name}, whose body does not carry it"
             yield place, f"{owner} has this name: choose another, or write 'link {name}'"
@@ -392,7 +394,7 @@ def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
     inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
     for name in loop.dependent:
         if name not in names:
-            yield "dependent", f"no joint {quote(name)}{did_you_mean(name, inside)}"
+            yield "dependent", no_such("joint", name, inside)
         elif names[name] == loop.cut:
             yield "dependent", f"{name} is the cut joint, whose variable follows anyway: leave it out"
         elif names[name] in machine.articulated and names[name] not in machine.with_variable:
@@ -400,7 +402,7 @@ def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
         elif name not in inside:
             yield "dependent", f"{name} is not a joint of the loop: those are {', '.join(inside)}"
     if len(set(loop.dependent)) < len(loop.dependent):
-        yield "dependent", "a joint is named twice"
+        yield "dependent", f"a joint {TWICE}"
     if not loop.dependent and machine.around(loop) and not machine.dependent_in(loop):
         yield "dependent", "the loop has no passive joint: name those that follow from the others"
 
@@ -408,7 +410,7 @@ def _dependent_faults(machine: Machine, loop: Loop) -> Iterator[Fault]:
 def _without_value(machine: Machine, formula: Formula, values: Mapping[str, float]) -> str:
     """Why a formula has no value: a name that is not declared, or a parameter without a value."""
     for name in sorted(formula.names - machine.parameter_names):
-        return f"{name!r} is not declared{did_you_mean(name, machine.parameter_names)}"
+        return undeclared(name, machine.parameter_names)
     missing = ", ".join(sorted(formula.names - values.keys()))
     return f"{missing} has no value, but numbers select the branch: give it one, or write a number"
 
@@ -420,10 +422,8 @@ def _declaration_faults(machine: Machine) -> Iterator[Fault]:
         if joint and joint.sigma != 2 and joint.kind is not Kind.CUT and _may_follow(joint, cell):
             allowed = machine.parameter_names.union(machine.variables)
         for name in sorted(formula.names - {*allowed}):
-            undeclared = f"{quote(name)} is not declared{did_you_mean(name, allowed)}"
-            if why_reserved(name) is None:
-                undeclared += f" (declare it in [parameters]: {name} = 1.5, or nan for a name without value)"
-            yield place, _of_joint(machine, name) or undeclared
+            how = f" (declare it: {name} = 1.5, or nan for a name without value)" if why_reserved(name) is None else ""
+            yield place, _of_joint(machine, name) or undeclared(name, allowed) + how
 
 
 def _may_follow(joint: Joint, cell: Cell) -> bool:

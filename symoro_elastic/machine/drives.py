@@ -231,7 +231,7 @@ def why_not_fed(drive: Drive) -> str:
     if not drive.torque_forward:
         return ""
     if drive.acceleration_forward != ZERO:
-        return "feed_forward, acceleration: conflicts with torque = true, which has the inertia: leave one out"
+        return "feed_forward, acceleration: conflicts with torque = true, which has the inertia: remove one of the two"
     if drive.set_point:
         return "feed_forward, torque: is of the set point before its filter: leave set_point out, or torque"
     return ""

@@ -5,13 +5,13 @@ Units are SI, angles in radians. Nothing here computes a model.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from typing import TypeVar
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, without_value
 from symoro_elastic.foundation.results import Shown
 from symoro_elastic.machine.columns import AXES, Cell, Dimension, cells, column
 from symoro_elastic.machine.flexible import FlexibleBody
@@ -404,6 +404,17 @@ class Machine(Shown):
     def motor_joints(self) -> tuple[Joint, ...]:
         """The joints driven by motors, in the order of the entries of tau."""
         return tuple(map(self.joint, self.motors))
+
+    def refuse_missing_values(self, place: str, option: str = "", given: Collection[str] = ()) -> None:
+        """Raise `InputError` for a parameter without value whose name is not in `given`; `option` gives values."""
+        missing = [p.name for p in self.parameters if p.value is None and p.name not in given]
+        if missing:
+            raise self.error(place, without_value(missing, option))
+
+    def refuse_without_motors(self, place: str) -> None:
+        """Raise `InputError` for a machine without motors."""
+        if not self.motors:
+            raise self.error(place, NO_MOTOR)
 
     def without_motor(self, name: str) -> str:
         """Return the message about the joint `name`, which has no motor, with the motors that there are."""

@@ -15,7 +15,7 @@ from symoro_elastic.machine.drives import Drive, Drives, gain_unit, why_wrong
 from symoro_elastic.machine.formula import Formula, refuse_range
 from symoro_elastic.machine.loops import branches
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 
 GEOMETRY, BODIES = "joints", "bodies"
 """The sections of the file that hold lengths and angles, and inertial parameters."""
@@ -60,7 +60,7 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
     source = machine.label
     for name, x in values.items():
         if name not in names:
-            raise InputError(source, "--value", f"no parameter {quote(name)}{did_you_mean(name, names)}")
+            raise InputError(source, "--value", no_such("parameter", name, names))
         with refusing(source, f"--value, {name}"):
             refuse_range(x)
 

@@ -111,6 +111,16 @@ def list_of_names(names: Iterable[object]) -> str:
     return some_of([quote(name) for name in names])
 
 
+def no_such(kind: str, name: str, choices: Iterable[str]) -> str:
+    """Return the message about an unknown name, such as that of a joint, with the closest known one."""
+    return f"no {kind} {quote(name)}{did_you_mean(name, choices)}"
+
+
+def undeclared(name: str, declared: Iterable[str]) -> str:
+    """Return the message about a name in a formula that is not a parameter, with the closest known one."""
+    return f"{quote(name)} is not declared in [parameters]{did_you_mean(name, declared)}"
+
+
 def unusable(name: str, reason: str, reserved: Reasons) -> str:
     """Return the message about a name that cannot be used, with a similar one that can."""
     free = free_name(name, {**reserved, name: reason})

@@ -14,7 +14,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 
 ZZ = 5
 
@@ -98,7 +98,7 @@ def _geared_joint(machine: Machine, name: str, ratio: float) -> int:
     source = machine.label
     names = [joint.name for joint in machine.joints]
     if name not in names:
-        raise InputError(source, "--ratio", f"no joint {quote(name)}{did_you_mean(name, names)}")
+        raise InputError(source, "--ratio", no_such("joint", name, names))
     j = names.index(name) + 1
     joint = machine.joint(j)
     if joint.kind is not Kind.MOTOR or joint.sigma != 0 or joint.rotor_inertia.is_zero:

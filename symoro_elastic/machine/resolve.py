@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TypeVar
 
 import numpy as np
 
-from symoro_elastic.foundation.errors import InputError, refusing
+from symoro_elastic.foundation.errors import TWICE, InputError, refusing
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.frames import FrameNames, row_under
-from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, no_such, quote, undeclared
 from symoro_elastic.machine.prescribed_motion import (
     WRENCH,
     AppliedForce,
@@ -39,6 +39,7 @@ LARGEST = 1e9
 """Of a position, a stroke or a force that is given, SI units."""
 ROUNDED = 1e-12
 """Of a duration: sums of times are rounded."""
+SAME_JOINT = "a joint is given twice, by two of its names: keep one"
 NOT_TURNED = 1e-3
 """Of the numbers of a rotation: written with few digits they are still read as one."""
 PERIODS = 2
@@ -77,7 +78,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     for name in scene.steps:
         _checked_name(name, list(TimeStep), "time step", source, "steps")
         if scene.steps.count(name) > 1:
-            raise InputError(source, "scene, steps", f"{name} is named twice: keep one")
+            raise InputError(source, "scene, steps", f"{name} {TWICE}")
     return replace(scene, outputs=outputs, locked=locked, static=static, forces=forces, source=source)
 
 
@@ -86,7 +87,7 @@ def _frames(texts: Iterable[str], machine: Machine, source: str) -> tuple[str, .
     frames = [_frame(text, machine, source) for text in texts]
     for text in frames:
         if frames.count(text) > 1:
-            raise InputError(source, "scene, forces", f"{text} is named twice: its wrench is the sum, keep one")
+            raise InputError(source, "scene, forces", f"{text} {TWICE}")
     return tuple(frames)
 
 
@@ -96,17 +97,29 @@ def _frame(text: str, machine: Machine, source: str) -> str:
     if part.seen_from or part.by or part.component:
         what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
-    names, number = FrameNames(machine), _number(part.name, machine, "frame", source, "forces")
-    name = names.name(number)
-    if row_under(machine, number) == 0:
-        raise InputError(source, "scene, forces", f"{name} is fixed to frame 0, where a wrench moves nothing")
-    for loop in machine.loops:
-        if number == loop.cut:
-            what = f"{name} is the cut joint of loop {loop.name}: name the frame that it meets, "
-            raise InputError(source, "scene, forces", what + names.name(loop.meets))
+    number = _number(part.name, machine, "frame", source, "forces")
+    if reason := _why_not_loaded(machine, number):
+        raise InputError(source, "scene, forces", reason)
     for coordinate in part.at or ():
         _check_value(coordinate, machine, source, "forces")
-    return str(RequestedPart(name, part.at))
+    return str(RequestedPart(FrameNames(machine).name(number), part.at))
+
+
+def _why_not_loaded(machine: Machine, number: int) -> str:
+    """Return why no force can act on a frame; empty for a frame that a body carries."""
+    name = FrameNames(machine).name(number)
+    if row_under(machine, number) == 0:
+        return f"{name} is fixed to frame 0, where a force moves nothing"
+    return _why_cut(machine, {number})
+
+
+def _why_cut(machine: Machine, numbers: Collection[int | None]) -> str:
+    """Return which of some frames is that of a cut joint, and the one to name instead; empty for none."""
+    for loop in machine.loops:
+        if loop.cut in numbers:
+            cut, meets = map(FrameNames(machine).name, (loop.cut, loop.meets))
+            return f"{cut} is the cut joint of loop {loop.name}: name the frame that it meets, {meets}"
+    return ""
 
 
 def _by_name(
@@ -115,7 +128,7 @@ def _by_name(
     """Positions by the names of joints, which may be called by their variables or numbers."""
     by_name = {joints[_checked_name(name, joints, "joint", source, key)]: value for name, value in positions.items()}
     if len(by_name) < len(positions) and any(positions.values()):
-        raise InputError(source, f"scene, {key}", f"a joint is {key} twice, by two of its names")
+        raise InputError(source, f"scene, {key}", SAME_JOINT)
     return by_name
 
 
@@ -190,11 +203,8 @@ def _check_not_cut(part: RequestedPart, model: str, machine: Machine, source: st
     """Refuse the frame of a cut joint, which is that of the row that it meets."""
     names, or_frame_0 = FrameNames(machine, by_any_name=True), part.seen_from is not None
     named = {names.number(text, or_frame_0) for text in (part.name, part.seen_from) if text}
-    for loop in machine.loops:
-        if loop.cut in named:
-            cut, meets = machine.joint(loop.cut).name, machine.joint(loop.meets).name
-            what = f"{cut} is the cut joint of loop {loop.name}: ask for the frame that it meets, {meets}"
-            raise InputError(source, f"scene, outputs, {model}", what)
+    if reason := _why_cut(machine, named):
+        raise InputError(source, f"scene, outputs, {model}", reason)
 
 
 def _check_column(name: str, model: str, machine: Machine, models: Models, source: str) -> None:
@@ -256,8 +266,7 @@ def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Mac
 
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:
     for name in sorted(value.names - machine.parameter_names):
-        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, machine.parameter_names)}"
-        raise InputError(source, f"scene, {key}", what)
+        raise InputError(source, f"scene, {key}", undeclared(name, machine.parameter_names))
     if not value.names:
         with refusing(source, f"scene, {key}"):
             value.table_value()
@@ -291,21 +300,18 @@ class _Names:
         self.fail, self.known, self.machine = motion.error, joints_by_any_name(machine), machine
         self.independent = [joint.name for joint in machine.independent_joints]
         self.motors = [joint.name for joint in machine.motor_joints]
-        self.cut = [joint.name for joint in machine.joints if joint.kind is Kind.CUT]
 
     def frame(self, name: str, key: str) -> str:
         """The name of a frame that a body carries."""
         names = FrameNames(self.machine, by_any_name=True)
         number = names.number(name)
         if number is None:
-            raise self.fail(key, f"no frame {quote(name)}{did_you_mean(name, names.choices())}")
+            raise self.fail(key, no_such("frame", name, names.choices()))
         frame = names.name(number)
         if reason := self.machine.no_frame_of_mode(number):
             raise self.fail(key, f"{frame}: {reason}")
-        if frame in self.cut:
-            raise self.fail(key, f"{frame} is the cut joint of a loop: name the frame that it meets")
-        if row_under(self.machine, number) == 0:
-            raise self.fail(key, f"{frame} is fixed to frame 0, where a force moves nothing")
+        if reason := _why_not_loaded(self.machine, number):
+            raise self.fail(key, reason)
         return frame
 
     def starts(self, start: Mapping[str, float]) -> dict[str, float]:
@@ -332,12 +338,12 @@ class _Names:
 
     def _joint(self, name: str, key: str, among: Sequence[str]) -> str:
         if name not in self.known:
-            raise self.fail(key, f"no joint {quote(name)}{did_you_mean(name, among)}")
+            raise self.fail(key, no_such("joint", name, among))
         return self.known[name]
 
     def _distinct(self, named: dict[str, T], written: Mapping[str, T], key: str) -> dict[str, T]:
         if len(named) < len(written):
-            raise self.fail(key, "a joint is named twice, by two of its names")
+            raise self.fail(key, SAME_JOINT)
         return named
 
 

@@ -94,7 +94,7 @@ def test_formulas_of_numbers_are_numbers() -> None:
     "options", ["--value D4=1 --value D4=2", "--at motor_x=0 --at motor_x=1", "--pd motor_x=1:1 --pd motor_x=1:2"]
 )
 def test_one_name_has_one_value(options: str) -> None:
-    assert "is given twice: give it one value" in refused("modes", TWO_AXIS, *options.split())
+    assert "is given twice: keep one" in refused("modes", TWO_AXIS, *options.split())
     assert numbers(["D4=1", "D4=1"], "--value") == {"D4": 1.0}
 
 
@@ -110,7 +110,7 @@ def test_no_option_of_one_value_is_given_twice() -> None:
 def refused_twice(command: str, option: str) -> str:
     """The place in the error that an option is given twice, if it is."""
     line = ended(command, TWO_R, option, option).err.removeprefix("error: ")
-    return line.partition(": is given twice: give it one value")[0] if "is given twice" in line else ""
+    return line.partition(": is given twice: keep one")[0] if "is given twice" in line else ""
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ def test_a_wider_command_line_uses_them(tmp_path: Path) -> None:
             'models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, D13)"] }',
             "outputs, jacobian: 'tool at (0, D13)': a",
         ),
-        ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, 0, D14)"] }', "'D14' is not a parameter"),
+        ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, 0, D14)"] }', "'D14' is not declared"),
         ('outputs = { inverse_dynamics = ["tool"] }', "outputs, inverse_dynamics: joint 12 (tool) is a fixed frame"),
         ('locked = { ram = "1/0" }', "locked, ram: '1/0' has no value: it divides by zero"),
         ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (sqrt(-1), 0, 1)"] }', "'sqrt(-1)' has no value"),

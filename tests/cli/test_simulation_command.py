@@ -234,7 +234,7 @@ def test_adapted_steps_take_forces() -> None:
             ("--adaptive", "--event", "motor.qdd=1"),
             "--event: motor.qdd is not a position or velocity of a joint",
         ),
-        (MOTION, ("--adaptive", "--event", "moter.q=1"), "no joint 'moter' moves"),
+        (MOTION, ("--adaptive", "--event", "moter.q=1"), "no moving joint 'moter'"),
         ("", (), "scene.toml: motion: missing: write a table [motion] with duration and moves"),
         (MOTION + "[scene]\nlocked = { motor = 0 }\n", (), "motor is locked by the scene"),
     ],

@@ -96,7 +96,7 @@ def test_descriptions_that_are_none(text: str, said: str) -> None:
     [
         ("--over m", "'m' is not NAME=VALUES"),
         ("--over m=", "is not NAME=VALUES"),
-        ("--over m=1,2 --over m=3", "m is given twice: give it one value, list or range"),
+        ("--over m=1,2 --over m=3", "m is given twice: keep one"),
         ("--over m=1 --workers -1", "--workers: -1"),
         ("--over m=1 --samples 3.5", "--samples: '3.5' is not a whole number"),
         ("--over m=1 --out a.txt", "--out: unknown format '.txt'"),

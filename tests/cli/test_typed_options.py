@@ -111,8 +111,8 @@ def test_no_text_of_an_option_ends_in_another_error(name: str) -> None:
         (("response", MACHINE, "--input", "elbow.Fx"), "--input: 'elbow.Fx' is not NAME.QUANTITY"),
         (("response", MACHINE, "--input", "elbow.Fx"), "; did you mean 'elbow.fx'?"),
         (("modes", MACHINE, "--value", "m3=1"), "--value: no parameter 'm3'; did you mean 'm2'?"),
-        (("feed-forward", MACHINE, "--start", "elbw=1"), "--start: no joint 'elbw' moves; did you mean 'elbow'?"),
-        (("generate", MACHINE, "--target", "fmu", "--start", "elbw=1"), "--start: no joint 'elbw' moves"),
+        (("feed-forward", MACHINE, "--start", "elbw=1"), "--start: no moving joint 'elbw'; did you mean 'elbow'?"),
+        (("generate", MACHINE, "--target", "fmu", "--start", "elbw=1"), "--start: no moving joint 'elbw'"),
         (
             ("excite", MACHINE, *LIMITS, "--out", "e.csv", "--known", "MX22"),
             "--known, MX22: there is no such parameter",

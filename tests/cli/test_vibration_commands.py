@@ -209,7 +209,7 @@ def test_wrenches_that_turn_with_their_bodies_have_no_real_modes() -> None:
 
 
 REFUSED = {
-    "--at motor_z=1": "two_axis.toml: --at: no joint 'motor_z' moves; did you mean 'motor_y'?",
+    "--at motor_z=1": "two_axis.toml: --at: no moving joint 'motor_z'; did you mean 'motor_y'?",
     "--torque motor_y=0": "equilibrium: there is none: nothing supports motor_y (1010 N)",
     "--torque bed_x=1": "--torque: bed_x has no motor: motors are motor_x, motor_y",
     "--hold ram": "--hold: ram has no motor: motors are motor_x, motor_y",
@@ -255,9 +255,9 @@ SIGNALS = {
     "--input ram": "--input: 'ram': ram has no motor",
     "--input tool.fq": "--input: 'tool.fq' is not NAME.QUANTITY",
     "--input tol.fx": "--input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",
-    "--output tool.q": "--output: 'tool.q': no joint 'tool' moves",
+    "--output tool.q": "--output: 'tool.q': no moving joint 'tool'",
     "--output tool": "--output: 'tool' is not NAME.QUANTITY",
-    "--output tool@at@(0,L9,0).x": "L9 is not a parameter of the machine",
+    "--output tool@at@(0,L9,0).x": "'L9' is not declared in [parameters]",
     "--output tool@at@(0,0).x": "a point has three coordinates",
     "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
     "--band 10": "--band: '10': give LOW:HIGH:COUNT",

@@ -425,7 +425,7 @@ def test_a_floating_base_has_no_rodas4() -> None:
     assert "rodas4 needs exact derivatives" in refused(replace(planar_2r(), floating=Floating()), "rodas4")
 
 
-@pytest.mark.parametrize(("names", "says"), [(("w3", "w5"), "no time step 'w5'"), (("w3", "w3"), "w3 is named twice")])
+@pytest.mark.parametrize(("names", "says"), [(("w3", "w5"), "no time step 'w5'"), (("w3", "w3"), "w3 is given twice")])
 def test_steps_are_known_and_differ(names: tuple[str, ...], says: str) -> None:
     with pytest.raises(InputError, match=f"scene, steps: {says}"):
         resolve(Scene(steps=names), planar_2r())

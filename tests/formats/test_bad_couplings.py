@@ -100,7 +100,7 @@ BAD = [
     ),
     (
         *('theta = "N1*q1"', 'theta = "N1*q11"', "joint 2 (rotor), theta"),
-        "'q11' is not declared; did you mean 'q1'? (declare it in [parameters]: q11 = 1.5, or nan for a name without "
+        "'q11' is not declared in [parameters]; did you mean 'q1'? (declare it: q11 = 1.5, or nan for a name without "
         "value)",
     ),
     (
@@ -124,7 +124,7 @@ BAD = [
     ),
     (
         *("(1 + q2^2)", "(1 + q22^2)", "joint 5 (crank), stiffness"),
-        "'q22' is not declared; did you mean 'q2'? (declare it in [parameters]: q22 = 1.5, or nan for a name without "
+        "'q22' is not declared in [parameters]; did you mean 'q2'? (declare it: q22 = 1.5, or nan for a name without "
         "value)",
     ),
     (
@@ -258,10 +258,10 @@ BAD = [
         *('"q3", "rod"', '"q3", "jaw"', "loop ring, dependent"),
         "jaw is coupled and has no variable of its own: name the joint that it follows",
     ),
-    ('"q3", "rod"', '"rod", "rod"', "loop ring, dependent", "a joint is named twice"),
+    ('"q3", "rod"', '"rod", "rod"', "loop ring, dependent", "a joint is given twice"),
     # start
     ("q3 = 1.5", "q33 = 1.5", "loop ring, start", "no joint variable 'q33'; did you mean 'q3'?"),
-    ("q3 = 1.5", 'q3 = "N3"', "loop ring, start, q3", "'N3' is not declared; did you mean 'N1'?"),
+    ("q3 = 1.5", 'q3 = "N3"', "loop ring, start, q3", "'N3' is not declared in [parameters]; did you mean 'N1'?"),
     ("q3 = 1.5", 'q3 = "1/0"', "loop ring, start, q3", "'1/0' has no value: it divides by zero"),
     (
         *("N1 = 100", "N1 = nan", "loop ring, start, qm"),
@@ -489,7 +489,7 @@ def test_frames_of_cut_joints_are_not_asked_for() -> None:
             text + f'[scene]\nmodels = ["jacobian"]\noutputs = {{ jacobian = ["{asked}"] }}', "arm.toml"
         )
         assert message(machine) == (
-            "scene, outputs, jacobian: pin is the cut joint of loop ring: ask for the frame that it meets, pin_end"
+            "scene, outputs, jacobian: pin is the cut joint of loop ring: name the frame that it meets, pin_end"
         )
 
 

@@ -128,7 +128,7 @@ BAD = [
     ('theta = "q1"', 'theta = "q1 + q1"', "joint 1 (base_yaw), theta", "plus a constant"),
     ('theta = "q1"', 'theta = "sin(q1)"', "joint 1 (base_yaw), theta", "plus a constant"),
     # meaning
-    ("d = 0.1", 'd = "L3"', "joint 3 (tip), d", "'L3' is not declared; did you mean 'L2'?"),
+    ("d = 0.1", 'd = "L3"', "joint 3 (tip), d", "'L3' is not declared in [parameters]; did you mean 'L2'?"),
     ("d = 0.1", 'd = "q1"', "joint 3 (tip), d", "variable of joint 1 (base_yaw)"),
     ("-9.81]", '"G3"]', "gravity z", "not declared"),
     ("sigma = 1", "sigma = 3", "joint 2 (lift), sigma", "must be 0"),

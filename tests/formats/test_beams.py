@@ -383,7 +383,7 @@ SECTION = TABLE[TABLE.index("section") : -1]
         ("density", "joints = 6, density", 'which the rule fitted has: rule = "gauss" or "equal" have others'),
         ("density", 'rule = "gaus", density', "beam wall, rule: no rule 'gaus'; did you mean 'gauss'?"),
         ("density", 'bends = ["x"], density', "beam wall, bends: no deflection 'x' along x"),
-        ("density", "EI = 3, density", "beam wall, EI: follows from the section: leave one of them out"),
+        ("density", "EI = 3, density", "beam wall, EI: follows from the section: remove one of the two"),
         (", density = 7850", "", "beam wall, density: is missing, which the section needs"),
         ('along = "x"', 'along = "u"', "beam wall, along: no along 'u'"),
         ('along = "x", ', "", "beam wall, along: is missing"),

@@ -187,7 +187,7 @@ def test_a_parameter_is_no_tangent_of_a_right_angle(angle: str) -> None:
 def test_a_name_too_long_to_be_declared_is_cut() -> None:
     long = "x" * 500
     said = refused(Machine("arm", (replace(ONE, d=parse(long)),)))
-    assert said.startswith("joint 1 (a), d: 'xxx") and said.endswith("...' is not declared")
+    assert said.startswith("joint 1 (a), d: 'xxx") and said.endswith("...' is not declared in [parameters]")
 
 
 def test_no_joint_at_all() -> None:

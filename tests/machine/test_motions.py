@@ -118,7 +118,7 @@ WRONG_MOTIONS = [
     ("duration", "durration", "motion, durration: no such key here; did you mean 'duration'?"),
     ("motor_x = 0,", "motor_z = 0,", "motion, start: no joint 'motor_z'; did you mean"),
     ("motor_x = 0,", "tool = 0,", "motion, start: tool does not move by itself: independent joints are bed_yaw,"),
-    ("motor_x = 0,", "motor_y = 0,", "motion, start: a joint is named twice, by two of its names"),
+    ("motor_x = 0,", "motor_y = 0,", "motion, start: a joint is given twice, by two of its names"),
     ("motor_x = 0,", "motor_x = 2e9,", "motion, start, motor_x: 2e+09 is out of range: give a number up to 1e+09"),
     ('"q5"', '"motr_x"', "motion, moves 1, motor: no joint 'motr_x'; did you mean 'motor_x'?"),
     ('"q5"', '"cart_y"', "motion, moves 1, motor: cart_y has no motor: motors are motor_x, motor_y"),
@@ -179,7 +179,9 @@ def test_what_cannot_be_wanted_is_refused(old: str, new: str, said: str, tmp_pat
 
 def test_cut_joints_carry_no_force_and_dependent_ones_no_start() -> None:
     motion = '\n[motion]\nduration = 1\nforces = [{ at = "pin", fx = 1, in = 0.1 }]\n'
-    with pytest.raises(InputError, match="motion, forces 1, at: pin is the cut joint of a loop: name the frame that"):
+    with pytest.raises(
+        InputError, match="motion, forces 1, at: pin is the cut joint of loop ring: name the frame that"
+    ):
         toml.read(COUPLED + motion, "ring.toml")
     with pytest.raises(InputError, match="motion, start: rod does not move by itself"):
         toml.read(COUPLED + "\n[motion]\nduration = 1\nstart = { rod = 1 }\n", "ring.toml")

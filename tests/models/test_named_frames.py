@@ -177,7 +177,7 @@ def test_a_frame_of_the_name_of_a_joint_stands_for_its_row() -> None:
         ('tip = { on = "wrist" }', "frame 'tip', on: no joint 'wrist'"),
         ('elbow = { on = "turn" }', "frame 'elbow': the frame of joint elbow, whose body does not carry it"),
         ("base = { at = [0, 0, 1] }", "frame 'base': frame 0 has this name"),
-        ('"bad name" = { on = "turn" }', "frame 'bad name': the name cannot be used"),
+        ('"bad name" = { on = "turn" }', "frame 'bad name': the name 'bad name' cannot be used"),
         ('tip = { on = "turn", at = [1, 2] }', "frame tip, at: has 2 entries, expected 3"),
         ('tip = { on = "turn", at = [0, 0, "Lx"] }', "frame tip, at z: 'Lx' is not declared"),
         ('tip = { in = "turn" }', "frame tip, in: no such key here"),
@@ -193,5 +193,5 @@ def test_wrong_frames_are_refused_by_their_names(entry: str, message: str) -> No
 
 def test_a_wrench_on_frame_0_is_refused() -> None:
     machine = toml.read(ARM + BODIES + "[frames]\ncamera = { at = [1, 0, 0] }\n", "arm.toml")
-    with pytest.raises(InputError, match="camera is fixed to frame 0, where a wrench moves nothing"):
+    with pytest.raises(InputError, match="camera is fixed to frame 0, where a force moves nothing"):
         se.load(machine, "inverse_dynamics", scene={"forces": ["camera"]})

@@ -13,7 +13,7 @@ from symoro_elastic.codegen.package import Result as ModelResult
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 
 ORDERS = {"q": "q", "qd": "qd", "qdd": "qdd", "tau": "tau"}
 """Quantities by the name after that of a joint and a dot: position, velocity, acceleration, torque."""
@@ -71,8 +71,7 @@ def _state(package: Package, at: Mapping[str, float], source: str) -> dict[str, 
     for signal, x in at.items():
         joint, _, order = signal.partition(".")
         if joint not in names:
-            what = f"no joint {quote(joint)} has a variable of its own{did_you_mean(joint, names)}"
-            raise InputError(source, f"--at, {signal}", what)
+            raise InputError(source, f"--at, {signal}", no_such("moving joint", joint, names))
         if (order or "q") not in ORDERS:
             raise InputError(source, f"--at, {signal}", f"write {joint}, {joint}.qd, {joint}.qdd or {joint}.tau")
         state[order or "q"][joint] = x

@@ -23,7 +23,7 @@ from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.machine import NO_MOTOR, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bound.state import State, split_into
 from symoro_elastic.models.drives.drive_states import states_at_rest
@@ -215,8 +215,7 @@ def refuse_still(reference: Reference) -> None:
     machine, prescribed = reference.machine, reference.prescribed
     if reference.base:
         return
-    if not machine.motors:
-        raise machine.error("motors", NO_MOTOR)
+    machine.refuse_without_motors("motors")
     if reference.servo is None and len(machine.motors) == len(machine.independent):
         raise prescribed.error("servo", NOTHING_TO_INTEGRATE)
 

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import NOT_FINITE, TWICE, InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.formula import FormulaError, number, refuse_range
 from symoro_elastic.machine.limits import Range
@@ -190,7 +190,7 @@ def _refuse(over: Axis) -> None:
             if not given:
                 raise ValueError("the list is empty: a grid needs at least one value")
             if len(set(given)) < len(given):
-                raise ValueError("a value is given twice")
+                raise ValueError(f"a value {TWICE}")
             ends: tuple[float, ...] = given
         case Steps(low, high, count) | Uniform(low, high, count):
             ends = (low, high)
@@ -202,7 +202,7 @@ def _refuse(over: Axis) -> None:
                 raise ValueError(f"{deviation:g} is not a standard deviation: give a positive one")
     for x in ends:
         if not math.isfinite(x):
-            raise ValueError(f"{x:g} is not a number to compute with")
+            raise ValueError(f"{x:g} {NOT_FINITE}")
         refuse_range(x)
     if not isinstance(over, Values) and over.log and ends[0] <= 0:
         raise ValueError(f"{ends[0]:g} has no logarithm: give positive numbers")

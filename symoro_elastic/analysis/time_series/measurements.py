@@ -22,7 +22,7 @@ from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError, some_of
 from symoro_elastic.machine.formula import FormulaError, number
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.quantities.unit_reader import UnitError, conversion
 
 FEWEST = 50  # samples
@@ -354,8 +354,7 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
     if parts is None:
         return None
     if parts["joint"] not in joints:
-        what = f"the machine has no moving joint {parts['joint']!r}{did_you_mean(parts['joint'], joints)}"
-        raise InputError(source, name, what)
+        raise InputError(source, name, no_such("moving joint", parts["joint"], joints))
     joint = joints[parts["joint"]]
     if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
         raise InputError(source, name, machine.without_motor(joint.name))

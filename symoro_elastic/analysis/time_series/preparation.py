@@ -12,9 +12,9 @@ from symoro_elastic.analysis.time_series.clocks import part_of, tidy, with_chang
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
-from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, InputError, refuse_numbers
+from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, NOT_FINITE, InputError, refuse_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.machine.names import no_such
 
 LONGEST_GAP = 10.0  # of the usual step, that is interpolated where samples are made anew
 FEW_STEPS = 10.0  # of an encoder, crossed from one sample to the next
@@ -35,13 +35,13 @@ class Preparation:
         for name, gain in self.gains.items():
             motors = [joint.name for joint in machine.motor_joints]
             if name not in motors:
-                raise InputError("symoro-elastic", "--gain", f"no motor {name!r}{did_you_mean(name, motors)}")
+                raise InputError("symoro-elastic", "--gain", no_such("motor", name, motors))
             if not math.isfinite(gain) or gain == 0:
                 what = f"{name}={gain:g}: give the torque per unit of the column, not zero"
                 raise InputError("symoro-elastic", "--gain", what)
         for option, x in (("--after", self.first), ("--before", self.last), ("--resample", self.rate)):
             if x is not None and not math.isfinite(x):
-                raise InputError("symoro-elastic", option, f"{x} is not a number that can be used")
+                raise InputError("symoro-elastic", option, f"{x} {NOT_FINITE}")
         if self.rate is not None and self.rate <= 0:
             raise InputError("symoro-elastic", "--resample", "give a positive frequency, Hz")
         if self.first is not None and self.last is not None and self.first >= self.last:

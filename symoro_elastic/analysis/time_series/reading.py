@@ -36,7 +36,7 @@ from symoro_elastic.formats.separated import (
     without_mark,
 )
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, InputError
+from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, TWICE, InputError
 from symoro_elastic.foundation.input_files import open_file, size_of
 from symoro_elastic.quantities.unit_reader import is_unit
 
@@ -267,7 +267,7 @@ def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
         raise _error(path, NO_NAMES, place)
     if len(set(header)) < len(header):
         double = next(name for name in header if header.count(name) > 1)
-        raise _error(path, "two columns have this name", double)
+        raise _error(path, TWICE, double)
     return header
 
 
@@ -346,7 +346,7 @@ def _arrays(path: Path, archive: zipfile.ZipFile, kinds: str) -> Columns:
         raise _error(path, f"{len(members)} arrays, {MOST_COLUMNS} is the limit")
     names = [info.filename.removesuffix(".npy") for info in members]
     if len(set(names)) < len(names):
-        raise _error(path, "two arrays have this name", next(name for name in names if names.count(name) > 1))
+        raise _error(path, TWICE, next(name for name in names if names.count(name) > 1))
     if not names:
         raise _error(path, "holds no array")
     count, arrays = 0, Columns()

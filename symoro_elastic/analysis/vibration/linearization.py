@@ -23,10 +23,10 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import NOT_FINITE, InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.independent_joints import line_on_undetermined
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -261,7 +261,7 @@ def with_motors(
     for name, (kp, kd) in (gains or {}).items():
         m = motion.motor(name, "--pd")
         if not np.isfinite([kp, kd]).all():
-            raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are not numbers to compute with")
+            raise InputError(motion.source, "--pd", f"{name}={kp:g}:{kd:g} {NOT_FINITE}")
         row = linear.motors[m]
         if not row[[k not in fixed for k in retained]].any():
             raise InputError(motion.source, "--pd", f"{name} is held: remove --hold or --pd")
@@ -349,8 +349,7 @@ def chosen_parameters(motion: EquationsOfMotion, names: Sequence[str]) -> tuple[
     """Return parameters by name, all unless some are named; raises `InputError` for unknown names."""
     for name in names:
         if name not in motion.parameters:
-            what = f"no parameter {quote(name)}{did_you_mean(name, motion.parameters)}"
-            raise InputError(motion.source, "sensitivity", what)
+            raise InputError(motion.source, "sensitivity", no_such("parameter", name, motion.parameters))
     return tuple(names or motion.parameters)
 
 

@@ -20,7 +20,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import MOST_SAMPLES, InputError, refuse_numbers
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
 
@@ -194,9 +194,9 @@ def _of_motors(numbers: Mapping[str, float], machine: Machine, place: str) -> di
     by_name = machine.motors_by_name
     for name, x in numbers.items():
         if name and name not in by_name:
-            raise InputError(machine.label, place, f"no motor {quote(name)}{did_you_mean(name, by_name)}")
+            raise InputError(machine.label, place, no_such("motor", name, by_name))
         if not abs(x) <= LARGEST_INPUT:
-            raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST_INPUT:g}")
+            raise machine.error(place, f"{x:g} is out of range: give a number up to {LARGEST_INPUT:g}")
     named = {by_name[name]: x for name, x in numbers.items() if name}
     return {joint.name: named.get(joint.name, numbers.get("", 0.0)) for joint in machine.motor_joints}
 

@@ -187,7 +187,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     """
     frequencies = np.asarray(frequencies, dtype=float)
     if frequencies.ndim != 1 or not len(frequencies) or not (np.isfinite(frequencies) & (frequencies >= 0)).all():
-        raise InputError(linear.motion.source, "--frequency", "frequencies are numbers of Hz from 0 upwards")
+        raise InputError(linear.motion.source, "--frequency", "give numbers of Hz from 0")
     inputs, outputs = len(linear.inputs), len(linear.outputs)
     what = f"{len(frequencies)} frequencies of {inputs} inputs and {outputs} outputs"
     way_out = "give fewer, or choose by --input and --output"

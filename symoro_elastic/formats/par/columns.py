@@ -11,7 +11,7 @@ from collections import Counter, deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.formats.joint_cells import OTHER, SELECTED, formula, offset_of, rows_by_name, whole
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, formula, no_variable, offset_of, rows_by_name, whole
 from symoro_elastic.formats.par.syntax import BODY, GEOMETRIC, INERTIAL, JOINT, VECTORS, ParText
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import declared_columns as columns_of
@@ -345,13 +345,9 @@ class _Cells:
         return ""
 
     def _no_variable(self, j: int) -> str:
-        sigma = self.sigma[j]
-        what = f"no joint variable in {quote(self.cells[j])}, where sigma = {sigma} expects it"
-        names = self.columns.formula(OTHER[sigma], j).names
-        elsewhere = sorted(name for name in names if self.elsewhere[name] == 1 and not self.holders[name])
-        if elsewhere:
-            what += f"; {elsewhere[0]!r} is in {OTHER[sigma]}, which is for sigma = {1 - sigma}"
-        return what
+        names = self.columns.formula(OTHER[self.sigma[j]], j).names
+        elsewhere = [name for name in names if self.elsewhere[name] == 1 and not self.holders[name]]
+        return no_variable(self.cells[j], self.sigma[j], elsewhere)
 
 
 GEOMETRY = tuple(key for column in columns_of(Joint, "joints") for key in column.par)

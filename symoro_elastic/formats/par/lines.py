@@ -11,10 +11,10 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.formats.par.syntax import LISTS
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.machine.columns import declared_columns
 from symoro_elastic.machine.joints import Joint
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import did_you_mean, no_such, quote
 
 CELLS = {column.par[0]: column for column in declared_columns(Joint) if column.par[0] not in LISTS}
 """Cells of joints that are not lists of the format, by their keys."""
@@ -41,7 +41,7 @@ def values_of(lines: Iterable[str], source: str) -> dict[str, Any]:
         if key not in KEYS:
             raise InputError(source, f"(*! {key[:60]} *)", f"no such key{did_you_mean(key, KEYS)}")
         if key in values:
-            raise InputError(source, f"(*! {key} *)", "is given twice: keep one")
+            raise InputError(source, f"(*! {key} *)", TWICE)
         values[key] = _Value(match[2], key, source).parse()
     return values
 
@@ -113,7 +113,7 @@ def _rows(lines: Mapping[str, Any], names: Sequence[str], fail: Fail) -> list[di
     variables = _table(lines, "variable", fail)
     for name in variables:
         if name not in names:
-            raise fail("variable", f"no joint {quote(name)}{did_you_mean(name, names)}")
+            raise fail("variable", no_such("joint", name, names))
     return [{"name": name, **({"variable": variables[name]} if name in variables else {})} for name in order]
 
 
@@ -212,7 +212,7 @@ class _Value:
             if self.peek() == "=" and isinstance(item, str):
                 self.position += 1
                 if item in table:
-                    raise self.fail(f"{quote(item)} is given twice")
+                    raise self.fail(f"{quote(item)} {TWICE}")
                 table[item] = self.value(depth + 1)
             else:
                 items.append(item)

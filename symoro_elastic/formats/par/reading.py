@@ -23,7 +23,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import SYMORO
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import did_you_mean, no_such, quote
 from symoro_elastic.machine.scene import RequestedPart
 
 __all__ = ["FORMAT", "read", "write"]
@@ -138,7 +138,7 @@ class ParTable:
             ends[key] = [entry.text(key, names[before + k]) for k, entry in enumerate(tables)]
             for entry, name in zip(tables, ends[key], strict=True):
                 if name not in names:
-                    raise entry.fail(key, f"no joint {quote(name)}{did_you_mean(name, names)}")
+                    raise entry.fail(key, no_such("joint", name, names))
         return ends
 
     def _loops(self) -> Entries:

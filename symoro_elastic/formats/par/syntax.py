@@ -11,7 +11,7 @@ from typing import Any
 
 from symoro_elastic.formats.par.keys import Place, names
 from symoro_elastic.formats.toml.tables import load
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.machine.names import did_you_mean, quote
 
 INERTIAL = names(Place.INERTIAL)
@@ -128,7 +128,7 @@ def _store(par: ParText, key: str, listed: str | None, single: str | None) -> No
     if exact not in LISTS and exact not in NUMBERS:
         raise InputError(par.source, key[:60], f"no such key in a .par file{did_you_mean(key, (*LISTS, *NUMBERS))}")
     if exact in par.lists or exact in par.numbers:
-        raise InputError(par.source, exact, "is given twice: keep one")
+        raise InputError(par.source, exact, TWICE)
     if exact in NUMBERS:
         if listed is not None or not (single or "").strip():
             raise InputError(par.source, exact, f"must be one number: {exact} = 1")

@@ -18,7 +18,7 @@ from symoro_elastic.machine import format_names
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import FormatName
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote
 
 if TYPE_CHECKING:
     from symoro_elastic.formats.robots.robot import Description
@@ -85,8 +85,7 @@ def _refuse(description: Description, name: str, spring: SpringOnJoint, source: 
     joints = {joint.name: joint for joint in description.joints if joint.type is not JointType.FIXED}
     joint = joints.get(name)
     if joint is None:
-        what = f"no joint that moves is called {quote(name)}{did_you_mean(name, joints)}"
-        raise InputError(source, "--elastic", what)
+        raise InputError(source, "--elastic", no_such("moving joint", name, joints))
     place = f"joint {quote(name)}"
     if not 0 < spring.stiffness < math.inf or not 0 <= (spring.rotor_inertia or 0) < math.inf:
         raise InputError(source, place, f"--elastic {name}: stiffness and inertia of the rotor must be positive")

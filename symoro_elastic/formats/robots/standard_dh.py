@@ -22,7 +22,7 @@ from symoro_elastic.formats.robots.joint_tree import about_x, about_z
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, PlacedFrame, Placement
 from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError, refusing
+from symoro_elastic.foundation.errors import TWICE, InputError, refusing
 from symoro_elastic.machine import formula
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.rounded_angles import part_of_turn, remark_on
@@ -147,7 +147,7 @@ def describe(text: str, source: str) -> Description:
             raise InputError(source, "line 1", f"the column {required} is missing")
     for column in names:
         if names.count(column) > 1:
-            raise InputError(source, "line 1", f"the column {column} occurs twice")
+            raise InputError(source, "line 1", f"the column {column} {TWICE}")
     convention = settings.get(CONVENTION, "")
     rows = [_row(cells, columns, k, source, convention) for k, cells in enumerate(lines[1:], start=1)]
     exact = [replace(row, theta=part_of_turn(row.theta), alpha=part_of_turn(row.alpha)) for row in rows]

@@ -15,7 +15,7 @@ from symoro_elastic.machine.catalogue import ELEMENTS, CatalogueSpring
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import Kind
 from symoro_elastic.machine.machine import NO_VECTOR
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote
 
 AXES = ("x", "y", "z")
 MAY_BE_ZERO = ("distance", "moments", "contact_angle", "pitch_diameter")
@@ -112,14 +112,14 @@ def with_catalogue(top: Table) -> tuple[Table, tuple[CatalogueSpring, ...]]:
     for heading in TABLES:
         for name in top.table(heading).entries:
             if name not in rows:
-                raise top.fail(heading, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+                raise top.fail(heading, no_such("joint", name, rows))
             by_row.setdefault(name, []).append(_entry(top, heading, name))
     springs, listed = dict(top.table("springs").entries), list[CatalogueSpring]()
     for name, entries in by_row.items():
         stiffnesses = _stiffnesses(rows[name], entries)
         spring = top.table("springs").table(name).entries
         if "stiffness" in spring:
-            raise entries[0].table.fail("stiffness", "is given in [springs], too: leave one of the two out")
+            raise entries[0].table.fail("stiffness", "is given in [springs], too: remove one of the two")
         texts = {x: spring.stiffness.text for x, spring in stiffnesses.items()}
         springs[name] = {"stiffness": texts.get("") or [texts.get(x, Number("inf")) for x in DIRECTIONS], **spring}
         listed += stiffnesses.values()
@@ -150,7 +150,7 @@ def _stiffnesses(row: Table, entries: list[_Entry]) -> dict[str, CatalogueSpring
     for same in (mounts, drives):
         if len(same) > 1:
             headings = " and ".join(f"[{entry.heading}]" for entry in same)
-            raise fail("element", f"{headings} give the same stiffness: leave one of them out")
+            raise fail("element", f"{headings} give the same stiffness: remove one of the two")
     if bool(mounts) != is_cell:
         what = "a single stiffness for six directions: add the row to [guides] or [bearings]"
         raise fail("sigma", what if is_cell else f"the row has one direction: a carriage or spindle has sigma = {SIX}")

@@ -28,7 +28,7 @@ from symoro_elastic.machine.drives import (
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote, undeclared
 
 HEADING = "drives"
 
@@ -156,7 +156,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     joints = {joint.name: joint for joint in machine.joints}
     motors = [joint.name for joint in machine.motor_joints]
     if name not in joints:
-        raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, motors)}")
+        raise InputError(table.source, HEADING, no_such("joint", name, motors))
     if name not in motors:
         raise InputError(table.source, f"{HEADING}, {name}", machine.without_motor(name))
     _refuse_kind(table.table(name))
@@ -260,7 +260,7 @@ def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
     declared = machine.parameter_names
     for key, formula in drive.formulas:
         for name in sorted(formula.names - declared):
-            raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, declared)}")
+            raise entry.fail(key, undeclared(name, declared))
         if formula.names:
             continue
         try:

@@ -22,7 +22,7 @@ from symoro_elastic.machine.limits import (
     why_unlimited,
 )
 from symoro_elastic.machine.machine import Machine, Parameter
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote
 
 HEADING = "limits"
 PERCENT = "%"
@@ -103,7 +103,7 @@ def _of_joints(table: Table, machine: Machine) -> dict[str, JointLimits]:
     limits = {}
     for name in table.entries:
         if name not in numbers:
-            raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, numbers)}")
+            raise InputError(table.source, HEADING, no_such("joint", name, numbers))
         entry = table.table(name).only(LIMITS.names)
         ranges = {
             key.name: _of_joint(entry, key, machine, numbers[name]) for key in LIMITS.keys if key.name in entry.entries

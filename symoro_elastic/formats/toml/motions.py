@@ -89,7 +89,7 @@ def _motion(table: Table) -> PrescribedMotion:
         "base": BaseStart(**BASE_START.within(table.table(BASE.name))) if BASE.name in table.entries else None,
     }
     if entries["drives"] and entries["servo"]:
-        raise table.fail("drives", "motors have drives or servos: leave out one of the two")
+        raise table.fail("drives", "motors have drives or servos: remove one of the two")
     return PrescribedMotion(**entries, source=table.source, place=table.place)
 
 

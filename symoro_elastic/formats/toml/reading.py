@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.format import Format
-from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of, rows_by_name
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, no_variable, not_alone, offset_of, rows_by_name
 from symoro_elastic.formats.toml import keys
 from symoro_elastic.formats.toml.catalogue import with_catalogue
 from symoro_elastic.formats.toml.drives import drives_of
@@ -43,7 +43,7 @@ from symoro_elastic.machine.machine import (
     Parameter,
     known_values,
 )
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote, undeclared
 from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.machine.scene import Scene
 
@@ -162,7 +162,7 @@ def _joints_and_frames(top: Table, parameters: set[str]) -> tuple[tuple[Joint, .
     for section in keys.OF_JOINTS:
         for name in top.table(section).entries:
             if name not in numbers:
-                raise InputError(top.source, section, f"no joint {quote(name)}{did_you_mean(name, numbers)}")
+                raise InputError(top.source, section, no_such("joint", name, numbers))
             j = numbers[name]
             entry = replace(top.table(section).table(name), place=rows[j - 1].place)
             if section == "bodies" and (axes := keys.BODY_AXES.read(entry.only(keys.BODY.names))):
@@ -214,8 +214,7 @@ def _place(row: Table, j: int, numbers: Mapping[str, int], parameters: Collectio
     at = keys.AT.read(row, NO_VECTOR)
     for cell in at:
         if unknown := sorted(cell.names.difference(parameters)):
-            what = f"{quote(unknown[0])} is not a parameter{did_you_mean(unknown[0], parameters)}"
-            raise row.fail(keys.AT.name, f"{what}: declare it in [parameters]")
+            raise row.fail(keys.AT.name, undeclared(unknown[0], parameters))
         if fault := fault_of(cell):
             raise row.fail(keys.AT.name, fault)
     return Place(keys.AXIS.read(row) if keys.AXIS.name in row.entries else None, at, within)
@@ -305,7 +304,7 @@ def _loop(name: str, entry: Table, rows: Mapping[str, int], by_variable: Mapping
     dependent = keys.DEPENDENT.read(entry)
     for text in dependent:
         if text not in rows and text not in by_variable:
-            raise entry.fail(keys.DEPENDENT.name, f"no joint {quote(text)}{did_you_mean(text, [*rows, *by_variable])}")
+            raise entry.fail(keys.DEPENDENT.name, no_such("joint", text, [*rows, *by_variable]))
     return Loop(
         name=name,
         cut=_row(entry, keys.CUT, rows),
@@ -322,7 +321,7 @@ def _row(entry: Table, key: Key, rows: Mapping[str, int], default: int | None = 
     if isinstance(name, int):
         return name
     if name not in rows:
-        raise entry.fail(key.name, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+        raise entry.fail(key.name, no_such("joint", name, rows))
     return rows[name]
 
 
@@ -392,7 +391,6 @@ def _leave_over(new: Mapping[int, list[str]], owned: dict[int, str]) -> None:
 
 def _no_own(joint: Joint, new: Sequence[str], used: Collection[str], parameters: Collection[str]) -> str:
     """Return why a row that needs a variable has none."""
-    column, other = SELECTED[joint.sigma], OTHER[joint.sigma]
     free = [name for name in new if name not in used]
     if free:
         likely = [name for name in free if offset_of(joint.selected, name) is not None] or free
@@ -403,11 +401,8 @@ def _no_own(joint: Joint, new: Sequence[str], used: Collection[str], parameters:
     if new:
         holds = f"the cell holds variables of other joints only ({', '.join(new)})"
         return f'{holds}: add one of its own, or write kind = "coupled"'
-    what = f"no joint variable in {quote(getattr(joint, column))}, where sigma = {joint.sigma} expects it"
-    elsewhere = sorted(getattr(joint, other).names.difference(parameters))
-    if elsewhere:
-        what += f"; {elsewhere[0]!r} is in {other}, which is for sigma = {1 - joint.sigma}"
-    return what
+    elsewhere = getattr(joint, OTHER[joint.sigma]).names.difference(parameters)
+    return no_variable(joint.selected, joint.sigma, elsewhere)
 
 
 def _not_own(joint: Joint, variable: str, owns: bool) -> str:

@@ -22,11 +22,11 @@ from symoro_elastic.formats.toml.key import (
 )
 from symoro_elastic.formats.toml.motion_keys import GAINS as SERVO_GAINS
 from symoro_elastic.formats.toml.tables import Table, load
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.limits import unit_of
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import did_you_mean, no_such, quote
 from symoro_elastic.machine.resolve import joints_by_any_name
 
 Gains = tuple[float, float] | None
@@ -79,7 +79,7 @@ def _window(table: Table, key: str) -> tuple[str, float | None]:
             what = "has a time constant, in which it falls to 1/e: a fifth of its length where it falls to 1 %"
             raise table.fail(key, f"{what}; write {key} = {{ exponential = 0.12 }}")
         if name not in times:
-            raise table.fail(key, f"no window {quote(name)}{did_you_mean(name, times)}")
+            raise table.fail(key, no_such("window", name, times))
         return name, None
     of = table.table(key)
     of.only((HANN, EXPONENTIAL))
@@ -187,7 +187,7 @@ def _positions(table: Table, machine: Machine) -> dict[str, float]:
         x = NUMBER.read(replace(of, units=unit), key)
         allowed = limits.of(name).position
         if name in positions:
-            raise of.fail(key, f"{name} is named twice: keep one")
+            raise of.fail(key, f"{name} {TWICE}")
         if allowed and x not in allowed:
             what = f"{x:g} {unit} is outside its limits, {allowed.low:g} to {allowed.high:g} {unit}"
             raise of.fail(key, f"{what}: correct it, or the table [limits] of the machine")
@@ -199,7 +199,7 @@ def _locked_motors(table: Table, machine: Machine, names: tuple[str, ...]) -> tu
     motors = [joint.name for joint in machine.motor_joints]
     locked = motors if ALL in names else [_name(table, name, machine, motors, "motor", HOLD.name) for name in names]
     if len(set(locked)) < len(locked):
-        raise table.fail(HOLD.name, "a motor is named twice: keep one")
+        raise table.fail(HOLD.name, f"a motor {TWICE}")
     return tuple(locked)
 
 
@@ -212,7 +212,7 @@ def _driven(table: Table, machine: Machine, locked: tuple[str, ...]) -> dict[str
         if name in locked:
             raise of.fail(key, f"{name} is held, so its controller does nothing: remove it here or in hold")
         if name in gains:
-            raise of.fail(key, f"{name} is named twice: keep one")
+            raise of.fail(key, f"{name} {TWICE}")
         gains[name] = _gains(of, key, slides=motors[name].sigma == 1)
     return gains
 
@@ -231,10 +231,10 @@ def _with_drives(
     )
     for name in under_drives:
         if name in otherwise:
-            what = f"{name} is under {otherwise[name].name}, too: keep one of the two"
+            what = f"{name} is under {otherwise[name].name}, too: remove one of the two"
             raise table.fail(DRIVES.name, what)
     if len(set(under_drives)) < len(under_drives):
-        raise table.fail(DRIVES.name, "a motor is named twice: keep one")
+        raise table.fail(DRIVES.name, f"a motor {TWICE}")
     return under_drives
 
 

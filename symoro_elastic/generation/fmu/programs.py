@@ -10,7 +10,6 @@ from functools import partial
 from symoro_elastic.codegen.integration.tableaus import METHODS, Method
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import DRIVES
-from symoro_elastic.foundation.errors import without_value
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.constants import unused_name, with_free_numbers
@@ -197,13 +196,7 @@ def refuse_machines_without_unit(machine: Machine) -> None:
     if not machine.independent:
         raise machine.error("fmu", "no joint moves, so an FMU would have no state: leave fewer joints locked")
     refuse_machines(machine, (method_of(machine).name,))
-    _refuse_missing_values(machine)
-
-
-def _refuse_missing_values(machine: Machine) -> None:
-    missing = [p.name for p in machine.parameters if p.value is None]
-    if missing:
-        raise machine.error("parameters", without_value(missing))
+    machine.refuse_missing_values("parameters")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.codegen.package import Function
-from symoro_elastic.foundation.errors import without_value
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.generation.reduced_models.model import ReducedModel
 from symoro_elastic.generation.reduced_models.other_forms import (
@@ -241,9 +240,7 @@ class _Search:
 def _refuse(machine: Machine, scene: Scene) -> None:
     if scene.steps:
         raise machine.error("scene, within", "time steps are those of the whole model: leave out steps, or within")
-    missing = [parameter.name for parameter in machine.parameters if parameter.value is None]
-    if missing:
-        raise machine.error("scene, within", without_value(missing))
+    machine.refuse_missing_values("scene, within")
 
 
 def _refuse_unknown(asked: Traced, within: Within, machine: Machine) -> None:

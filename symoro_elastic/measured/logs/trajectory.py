@@ -16,8 +16,8 @@ from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine import described
 from symoro_elastic.machine import limits as of_joints
-from symoro_elastic.machine.machine import NO_MOTOR, Machine
-from symoro_elastic.machine.names import did_you_mean
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.measured.logs.excitation import Excitation
 from symoro_elastic.measured.logs.fourier_motion import Limits, Started
 
@@ -36,12 +36,6 @@ class Trajectory:
     start: float
 
 
-def refuse_without_motors(machine: Machine) -> None:
-    """Raise `InputError` for a machine without motors."""
-    if not machine.motors:
-        raise machine.error("joints", NO_MOTOR)
-
-
 def limits_of(machine: Machine, options: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
     """Return limits of each motor from ranges by option and name of motor or variable; "" is all others.
 
@@ -53,7 +47,7 @@ def limits_of(machine: Machine, options: Mapping[str, Mapping[str, tuple[float, 
     for option, by_name in options.items():
         for name in by_name:
             if name and name not in names:
-                raise InputError("symoro-elastic", option, f"no motor {name!r}{did_you_mean(name, names)}")
+                raise InputError("symoro-elastic", option, no_such("motor", name, names))
         limits = {names[name]: limit for name, limit in by_name.items() if name}
         _refuse_without_room(option, by_name)
         quantity = option.removeprefix("--")

@@ -18,6 +18,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names
 from symoro_elastic.measured.vibration_tests import tables, universal_files
 from symoro_elastic.measured.vibration_tests.measured import (
+    NO_TEST,
     MeasuredResponse,
     VibrationTest,
     VibrationTests,
@@ -144,7 +145,7 @@ def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) ->
     lacking = [response.pair for response in responses if response.coherence is None]
     averages = "averages" if listed.averages is None else "second average" if listed.averages == 1 else ""
     what = " and ".join(filter(None, [f"coherence of {', '.join(lacking)}" if lacking else "", averages]))
-    return f"{listed.file}: no {what}: the noise is estimated from the residuals, so chi2 does not test the model"
+    return f"{listed.file}: no {what}: {NO_TEST}"
 
 
 def _measured_response(entry: FileResponse, names: Names) -> tuple[MeasuredResponse, list[str]]:

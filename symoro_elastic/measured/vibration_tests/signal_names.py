@@ -11,7 +11,7 @@ from symoro_elastic.analysis.time_series.reading import name_and_unit
 from symoro_elastic.analysis.vibration.responses import quotient_unit
 from symoro_elastic.formats.toml.vibration_tests import RENAME, ListedTest
 from symoro_elastic.foundation.array_types import Array, ComplexArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import list_of_names, quote
 from symoro_elastic.numerics.motion.signals import Signal, input_unit, inputs, joint_signals, output_unit, outputs
@@ -100,7 +100,7 @@ class Names:
         for key in self.test.rename:
             name, sign = normal_name(pair_name(key))
             if name in names:
-                raise self.test.fail(f"{RENAME.name}, {key}", f"{name} is renamed twice: keep one")
+                raise self.test.fail(f"{RENAME.name}, {key}", f"{name} {TWICE}")
             names[name] = key, sign
         return names
 

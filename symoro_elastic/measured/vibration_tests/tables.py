@@ -18,7 +18,7 @@ import numpy as np
 from symoro_elastic.analysis.time_series.measurements import missing
 from symoro_elastic.analysis.time_series.reading import Columns, name_and_unit
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.measured.vibration_tests.measured import MeasuredModes
 from symoro_elastic.measured.vibration_tests.signal_names import FileResponse, Names, pair_name
 from symoro_elastic.quantities.unit_reader import UnitError, conversion
@@ -55,7 +55,7 @@ def responses_in(columns: Columns, source: str) -> list[FileResponse]:
             raise InputError(source, header, f"is not a column of frequency responses, which are {choices}: delete it")
         of = parts.setdefault(pair_name(match["pair"]), {})
         if match["part"] in of:
-            raise InputError(source, header, "is given twice: keep one")
+            raise InputError(source, header, TWICE)
         of[match["part"]] = _Column(header, unit, x)
     if f is None:
         raise missing([FREQUENCY], columns, source, "name the column of frequencies f [Hz]")
@@ -75,7 +75,7 @@ def saved_responses(arrays: Mapping[str, Any], source: str) -> list[FileResponse
 
 def _once(known: Array | None, x: Array, source: str, header: str) -> Array:
     if known is not None:
-        raise InputError(source, header, "is given twice: keep one")
+        raise InputError(source, header, TWICE)
     return x
 
 

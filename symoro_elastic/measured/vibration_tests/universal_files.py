@@ -18,7 +18,7 @@ import numpy as np
 
 from symoro_elastic.analysis.vibration.responses import quotient_unit
 from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import TWICE, InputError
 from symoro_elastic.foundation.input_files import open_file, size_of
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.measured.vibration_tests.signal_names import FileResponse
@@ -70,7 +70,7 @@ def read_universal_file(path: Path) -> list[FileResponse]:
             continue
         name, sign = _name(data_set, source, place)
         if name in (responses if kind == RESPONSE else coherences):
-            raise InputError(source, place, f"{name} is there twice: keep one")
+            raise InputError(source, place, f"{name} {TWICE}")
         f, data = _numbers(data_set, source, place)
         if kind == COHERENCE:
             coherences[name] = f, _coherence(data, source, place)

@@ -20,7 +20,7 @@ from symoro_elastic.machine.columns import Dimension, cells
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.measured.fitting.estimates import Unknown
 from symoro_elastic.measured.fitting.evidence import OtherData
 from symoro_elastic.measured.vibration_tests.measured import VibrationTest
@@ -112,7 +112,7 @@ def _refuse_unknown(
     """Raise `InputError` for names without a parameter, values that are not positive, and where none is left."""
     for name in chosen:
         if name not in parameters:
-            raise InputError(machine.label, "--seek", f"no parameter {quote(name)}{did_you_mean(name, parameters)}")
+            raise InputError(machine.label, "--seek", no_such("parameter", name, parameters))
         if not motion.parameters[name] > 0:
             what = f"{name} is {motion.parameters[name]:g}: only positive numbers are sought, by their logarithm"
             raise InputError(machine.label, "--seek", what)

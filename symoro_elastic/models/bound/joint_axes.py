@@ -11,7 +11,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Joint, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.kinematics import frames
@@ -146,16 +146,15 @@ def _requested_positions(machine: Machine, at: Mapping[str, float]) -> dict[str,
     names |= {joint.name: joint.name for joint in machine.independent_joints}
     for name, x in at.items():
         if name not in names:
-            raise InputError(machine.label, "--at", _not_free(machine, name) + did_you_mean(name, names))
+            raise InputError(machine.label, "--at", _not_free(machine, name, names))
         if not abs(x) <= LARGEST:
             raise InputError(machine.label, "--at", f"{name}={x:g} is out of range: give a number up to {LARGEST:g}")
     return {names[name]: x for name, x in at.items()}
 
 
-def _not_free(machine: Machine, name: str) -> str:
+def _not_free(machine: Machine, name: str, names: Iterable[str]) -> str:
     """Message for a name that does not belong to an independent variable."""
     for j, joint in _rows(machine, machine.articulated):
         if name in (joint.name, joint.variable) and j not in machine.independent:
-            candidates = ", ".join(str(other.variable) for other in machine.independent_joints)
-            return f"{quote(name)} follows from other variables: give some of {candidates}"
-    return f"no joint {quote(name)} moves"
+            return machine.dependent_joint(name)
+    return no_such("moving joint", name, names)

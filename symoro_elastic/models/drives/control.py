@@ -25,7 +25,7 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import NO_NUMBER, TUNED, Average, Drive, Filter, LowPass, Notch, why_wrong
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import NO_MOTOR, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bound.bind import Bound
 from symoro_elastic.models.bound.model import Joints, Model, Result, Results
@@ -53,8 +53,7 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"
             raise machine.error(f"drives, {name}, period", what)
         drives[j] = drive
-    if not drives:
-        raise machine.error("drives", NO_MOTOR)
+    machine.refuse_without_motors("drives")
     periods = {machine.joint(j).name: _numbers(machine, j, drive)["period"] for j, drive in drives.items()}
     common_period(periods, machine.label)
     return drives

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError, without_value
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.domain import NEXT, Domain
@@ -27,7 +27,7 @@ from symoro_elastic.machine.formula import STEP, ZERO, FormulaError
 from symoro_elastic.machine.frames import Points, with_base_coordinates
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_values, with_named_cells, with_named_drives
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
@@ -132,8 +132,7 @@ class EquationsOfMotion:
         if name in dependent:
             raise InputError(self.source, place, self.machine.dependent_joint(dependent[name].name))
         if name not in indices:
-            what = f"no joint {quote(name)} moves{did_you_mean(name, indices)}"
-            raise InputError(self.source, place, what)
+            raise InputError(self.source, place, no_such("moving joint", name, indices))
         return indices[name]
 
     def indices_of(self, named: Mapping[str, float], place: str) -> dict[int, float]:
@@ -501,9 +500,7 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
     """Return the values of all parameters; raises `InputError`."""
     source, names = machine.label, [parameter.name for parameter in machine.parameters]
     refuse_values(machine, given, names)
-    missing = [p.name for p in machine.parameters if p.name not in given and p.value is None]
-    if missing:
-        raise InputError(source, "parameters", without_value(missing, "--value"))
+    machine.refuse_missing_values("parameters", "--value", given)
     try:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
     except FormulaError as error:

@@ -23,7 +23,7 @@ from symoro_elastic.machine.static_springs import with_free_springs
 from symoro_elastic.mechanics import spatial
 from symoro_elastic.mechanics.spatial import roll_pitch_yaw, translation
 from symoro_elastic.numerics.motion.balance import RESIDUAL, balance
-from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State, motion_of
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State, motion_of
 from symoro_elastic.numerics.motion.inertia import refuse_singular
 from symoro_elastic.numerics.motion.signals import WRENCH_INPUTS
 
@@ -195,7 +195,7 @@ def with_thrusts(machine: Machine, thrusts: Thrusts) -> Machine:
             raise machine.error(OPTION, what)
         wrench = machine.joint(row).wrench
         if not all(cell.is_zero for cell in (*wrench.force, *wrench.moment)):
-            raise machine.error(OPTION, f"{name}: the table has a wrench there: leave out one of the two")
+            raise machine.error(OPTION, f"{name}: the table has a wrench there: remove one of the two")
         joints[row - 1] = _with_thrust(joints[row - 1], _unit_wrench(machine, number, component), name)
     named = tuple(Parameter(thrust_parameter(name), Formula.parse(x or 0.0)) for name, x in thrusts.items())
     return replace(machine, joints=tuple(joints), parameters=(*machine.parameters, *named))
@@ -245,9 +245,7 @@ def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) 
     The base stays where it is; sizes of thrusts that are None are found, the smallest ones where there are several
     solutions. Raises `InputError` where they balance nothing, with the unbalanced forces.
     """
-    for name, x in thrusts.items():
-        if x is not None and not abs(x) <= LARGEST_INPUT:
-            raise InputError(motion.source, OPTION, f"{name}={x:g} is out of range: give up to {LARGEST_INPUT:g}")
+    motion.refuse_large({name: x for name, x in thrusts.items() if x is not None}, OPTION)
     base = base_coordinates(motion)
     sought = [k for k, joint in enumerate(motion.joints) if joint.kind is not Kind.MOTOR and k not in base]
     unknown = [thrust_parameter(name) for name, x in thrusts.items() if x is None]

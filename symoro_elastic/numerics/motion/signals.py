@@ -12,7 +12,7 @@ from symoro_elastic.foundation.errors import reported_places
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.frames import FrameNames, Points, points_of
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such, quote, undeclared
 from symoro_elastic.machine.prescribed_motion import WRENCH
 from symoro_elastic.machine.scene import COMPONENTS, Point, RequestedPart
 
@@ -153,8 +153,7 @@ def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
     """Return the number of a joint, independent or not, that has a variable."""
     numbers = {machine.joint(j).name: j for j in machine.with_variable}
     if owner not in numbers:
-        what = f"{quote(name)}: no joint {quote(owner)} moves{did_you_mean(owner, numbers)}"
-        raise machine.error(place, what)
+        raise machine.error(place, f"{quote(name)}: {no_such('moving joint', owner, numbers)}")
     return numbers[owner]
 
 
@@ -170,11 +169,10 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
     if part.seen_from:
         raise machine.error(place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {part.seen_from}'")
     if number is None:
-        what = f"{quote(name)}: no frame {quote(part.name)}{did_you_mean(part.name, names.own)}"
-        raise machine.error(place, what)
+        raise machine.error(place, f"{quote(name)}: {no_such('frame', part.name, names.own)}")
     if reason := machine.no_frame_of_mode(number):
         raise machine.error(place, f"{quote(name)}: {reason}")
     unknown = sorted(set().union(*(cell.names for cell in part.at or ())) - machine.parameter_names)
     if unknown:
-        raise machine.error(place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
+        raise machine.error(place, f"{quote(name)}: {undeclared(unknown[0], machine.parameter_names)}")
     return FrameSignal(name, number, component, order, part.at)

@@ -73,7 +73,7 @@ def test_advised_numbers_are_enough_for_the_machine(example: str, within: float)
         (("flexible_two_link.toml", "--within", "0"), "--within: 0 must be above 0, as 1% or 0.01"),
         (("flexible_two_link.toml", "--within", "x"), "--within: 'x' is not a number"),
         (("flexible_two_link.toml", "--frame", "nose"), "--frame: unknown 'nose'"),
-        (("flexible_two_link.toml", "--at", "nose=1"), "--at: no joint 'nose' moves"),
+        (("flexible_two_link.toml", "--at", "nose=1"), "--at: no moving joint 'nose'"),
     ],
 )
 def test_refused(words: tuple[str, ...], what: str) -> None:

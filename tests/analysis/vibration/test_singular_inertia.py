@@ -101,7 +101,7 @@ def test_nothing_is_printed_or_written(command: str, tmp_path: Path) -> None:
 
 
 def test_joints_of_a_grid_are_named_once() -> None:
-    assert "--along: motor_y is given twice: give it one value" in refused(
+    assert "--along: motor_y is given twice: keep one" in refused(
         "modes",
         Path(__file__).parents[3] / "examples" / "two_axis.toml",
         "--along",

@@ -306,7 +306,7 @@ HEADER = "name,type,theta,d,a,alpha,mass\n"
         ("", "line 1: the table needs a header line and a row"),
         (HEADER, "line 1: the table needs a header line and a row"),
         ("a,d\n1,2\n", "line 1: the column alpha is missing"),
-        ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a occurs twice"),
+        ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a is given twice"),
         ("a,d,alfa\n1,2,3\n", "line 1: 'alfa' is not a column of a table; did you mean 'alpha'?"),
         ("a,d [deg],alpha\n1,2,3\n", "line 1: 'd [deg]': 'deg' cannot be converted to m"),
         ("a,d,alpha,mass [gg]\n1,2,3,4\n", "line 1: 'mass [gg]': 'gg' is not a known unit"),

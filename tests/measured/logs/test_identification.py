@@ -595,7 +595,7 @@ def test_bad_columns(arm: Machine, tmp_path: Path) -> None:
     data, path = columns(arm), tmp_path / "bad.csv"
     without = {name: x for name, x in data.items() if name not in ("q_elbow", "tau_elbow")}
     refused(written(path, without), arm, "q_elbow, tau_elbow: missing; the file has t, q_shoulder, tau_shoulder")
-    refused(written(path, {**data, "q_wrist": data["t"]}), arm, "q_wrist: the machine has no moving joint 'wrist'")
+    refused(written(path, {**data, "q_wrist": data["t"]}), arm, "q_wrist: no moving joint 'wrist'")
     passive = replace(arm, joints=tuple(replace(joint, kind=Kind.PASSIVE) for joint in arm.joints))
     refused(written(path, data), passive, "tau_shoulder: no joint has a motor")
     refused(written(path, {**data, "q_q1": data["t"]}), arm, "q_q1: is given twice")
@@ -617,7 +617,7 @@ def test_bad_files(arm: Machine, elastic: Machine, tmp_path: Path) -> None:
     (tmp_path / "headless.csv").write_text("0,1\n1,2\n")
     refused(tmp_path / "headless.csv", arm, "line 1: the first line holds numbers")
     (tmp_path / "double.csv").write_text("t,t\n1,2\n")
-    refused(tmp_path / "double.csv", arm, "t: two columns have this name")
+    refused(tmp_path / "double.csv", arm, "t: is given twice")
     (tmp_path / "text.npz").write_text("no archive")
     refused(tmp_path / "text.npz", arm, "cannot be read as arrays of numbers")
     np.savez(tmp_path / "objects.npz", t=np.array([None, {}]))

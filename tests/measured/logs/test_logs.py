@@ -294,7 +294,7 @@ def rest(q: Array) -> Array:
         (lambda x: part_of(x, slice(20)), HEAD, "t: 20 samples are too few"),
         (lambda x: x, HEAD.replace("q_lift", "q_lift [kg]"), "q_lift [kg]: 'kg' cannot be converted to rad"),
         (lambda x: x, HEAD.replace("tau_lift", "tau_lift [N]"), "tau_lift [N]: 'N' cannot be converted to N m"),
-        (lambda x: x, HEAD.replace("tau_elbow", "tau_wrist"), "tau_wrist: the machine has no moving joint 'wrist'"),
+        (lambda x: x, HEAD.replace("tau_elbow", "tau_wrist"), "tau_wrist: no moving joint 'wrist'"),
         (lambda x: x, HEAD.replace("tau_elbow", "current"), "tau_elbow: missing; the file has t"),
     ],
 )

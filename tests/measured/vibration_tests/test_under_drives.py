@@ -76,9 +76,9 @@ def test_springs_are_found_under_drives_and_what_hardly_shows_is_not_told() -> N
     ("entry", "said"),
     [
         ('drives = ["mottor"]', "drives: no drive of 'mottor'; did you mean 'motor'?"),
-        ('drives = ["all"]\nhold = ["all"]', "drives: motor is under hold, too: keep one of the two"),
-        ('drives = ["motor"]\npd = { motor = [1, 2] }', "drives: motor is under pd, too: keep one of the two"),
-        ('drives = ["motor", "motor"]', "drives: a motor is named twice: keep one"),
+        ('drives = ["all"]\nhold = ["all"]', "drives: motor is under hold, too: remove one of the two"),
+        ('drives = ["motor"]\npd = { motor = [1, 2] }', "drives: motor is under pd, too: remove one of the two"),
+        ('drives = ["motor", "motor"]', "drives: a motor is given twice: keep one"),
     ],
 )
 def test_wrong_drives_are_named(entry: str, said: str, tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def test_what_is_wrong_is_named(more: dict[str, Any], rename: str, said: str, tm
 
 
 def test_responses_that_are_there_twice_or_with_other_lines_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"function 2: 12:\+Z/3:\+Z is there twice: keep one"):
+    with pytest.raises(InputError, match=r"function 2: 12:\+Z/3:\+Z is given twice: keep one"):
         read(tmp_path, {}, function(EVEN, numbers(1)), function(EVEN, numbers(2), -3))
     with pytest.raises(InputError, match=r"coherence of .* is at other frequencies"):
         coherence = function(UNEVEN, 0.9 + 0 * EVEN, func_type=6)

@@ -187,7 +187,7 @@ def test_pictures_of_dots_have_the_same_bytes(tmp_path: Path) -> None:
 def test_other_files_are_refused_and_positions_too(tmp_path: Path) -> None:
     two_r = EXAMPLES / "planar_2r.toml"
     assert "end the name with .svg, .png or .pdf" in refused("show", two_r, "--picture", tmp_path / "a.gif")
-    assert "no joint 'knee' moves" in refused("show", two_r, "--picture", tmp_path / "a.svg", "--at", "knee=1")
+    assert "no moving joint 'knee'" in refused("show", two_r, "--picture", tmp_path / "a.svg", "--at", "knee=1")
     assert list(tmp_path.iterdir()) == []
 
 

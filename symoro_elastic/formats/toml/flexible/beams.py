@@ -290,7 +290,7 @@ def _pieces(table: Table) -> list[Table]:
         return [table]
     for key in (LENGTH, SECTION, END_SECTION):
         if key.name in table.entries:
-            raise table.fail(key.name, "follows from the pieces: leave one of them out")
+            raise table.fail(key.name, "follows from the pieces: remove one of the two")
     pieces = [replace(piece, place=f"{table.place}, piece {k}") for k, piece in enumerate(PIECES.read(table), start=1)]
     for piece in pieces:
         piece.only((LENGTH.name, SECTION.name, END_SECTION.name))
@@ -376,7 +376,7 @@ def _of_section(table: Table, piece: Table, both: tuple[str, str], values: Mappi
     """Properties of a beam from the section of its first piece, E, G and density."""
     for key in (BENDING, OF_TORSION, OF_TENSION, OF_SHEAR, LINE_MASS, LINE_INERTIA):
         if key.name in table.entries:
-            raise table.fail(key.name, "follows from the section: leave one of them out")
+            raise table.fail(key.name, "follows from the section: remove one of the two")
     kind, sizes = SECTION.read(piece)
     numbers = [size.known_value(values) for size in sizes]
     if fault := _fault_of_section(kind, numbers):

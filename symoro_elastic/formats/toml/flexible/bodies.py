@@ -16,7 +16,7 @@ from symoro_elastic.formats.toml.key import Key, Section, Type
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.flexible import FlexibleBody, without_rounding
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import no_such
 
 HEADING = "flexible"
 SHAPES = {"Ct0": "m3", "Ct1": "mm3", "T0": "m33", "T1": "mm33", "Mee": "mm"}
@@ -90,11 +90,11 @@ def bodies_of_files(top: Table) -> dict[str, ModalBody]:
     for name in table.entries:
         entry = table.table(name).only(FLEXIBLE.names)
         if name not in rows:
-            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+            raise top.fail(HEADING, no_such("joint", name, rows))
         if FILE.name in entry.entries:
             for key in (MODES, *INTEGRALS):
                 if key.name in entry.entries:
-                    raise entry.fail(key.name, "follows from the file: leave one of them out")
+                    raise entry.fail(key.name, "follows from the file: remove one of the two")
             if name in top.table("bodies").entries:
                 raise entry.fail(FILE.name, "has mass and inertia: leave the joint out of [bodies]")
             bodies[name] = _chosen(entry, load(Path(top.source).parent / FILE.read(entry)))
@@ -176,7 +176,7 @@ def written_bodies(top: Table) -> Iterator[FlexibleBody]:
         modes = MODES.read(entry)
         for mode in modes:
             if mode not in rows:
-                raise entry.fail(MODES.name, f"no joint {quote(mode)}{did_you_mean(mode, rows)}")
+                raise entry.fail(MODES.name, no_such("joint", mode, rows))
         yield FlexibleBody.of(name, modes, {key.name: _of_shape(entry, key, len(modes)) for key in INTEGRALS})
 
 

@@ -40,7 +40,7 @@ from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Kind
 from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Joint, Machine
-from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import did_you_mean, no_such, quote
 
 Entries = dict[str, Any]
 SIX = 6
@@ -109,7 +109,7 @@ def beams_of(top: Table, values: Mapping[str, float]) -> tuple[Beam, ...]:
     rows = {row.text("name"): row for row in _rows_of_file(top)} if table.entries else {}
     for name in table.entries:
         if name not in rows:
-            raise top.fail(HEADING, f"no joint {quote(name)}{did_you_mean(name, rows)}")
+            raise top.fail(HEADING, no_such("joint", name, rows))
         if rows[name].entries.get("kind") == Kind.CUT:
             raise top.fail(HEADING, f"{quote(name)} is a cut joint, which carries nothing: name a fixed row")
     return tuple(_beam(replace(table.table(name), place=f"beam {name}"), name, values) for name in table.entries)
