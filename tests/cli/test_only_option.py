@@ -78,7 +78,7 @@ def test_a_wider_command_line_uses_them(tmp_path: Path) -> None:
         ('outputs = { inverse_dynamics = ["tool"] }', "outputs, inverse_dynamics: joint 12 (tool) is a fixed frame"),
         ('locked = { ram = "1/0" }', "locked, ram: '1/0' has no value: it divides by zero"),
         ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (sqrt(-1), 0, 1)"] }', "'sqrt(-1)' has no value"),
-        ("locked = { ram = 1, 11 = 2 }", "locked: a joint is locked twice"),
+        ("locked = { ram = 1, 11 = 2 }", "locked: a joint is given twice"),
         ('fold = ["D99"]', "fold: no parameter 'D99'"),
     ],
 )

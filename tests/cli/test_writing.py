@@ -244,7 +244,7 @@ def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
     more = (needed | {"update": ("tests.toml",), "ik": ("--position", "0,0,0")}).get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
-    assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
+    assert unknown == "symoro-elastic: --plot-format: unknown 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")
     assert alone == "symoro-elastic: --plot-format: plots need a folder: name it with --plots"
 

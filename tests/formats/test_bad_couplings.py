@@ -258,7 +258,7 @@ BAD = [
         *('"q3", "rod"', '"q3", "jaw"', "loop ring, dependent"),
         "jaw is coupled and has no variable of its own: name the joint that it follows",
     ),
-    ('"q3", "rod"', '"rod", "rod"', "loop ring, dependent", "a joint is given twice"),
+    ('"q3", "rod"', '"rod", "rod"', "loop ring, dependent", "a joint is given twice: keep one"),
     # start
     ("q3 = 1.5", "q33 = 1.5", "loop ring, start", "no joint variable 'q33'; did you mean 'q3'?"),
     ("q3 = 1.5", 'q3 = "N3"', "loop ring, start, q3", "'N3' is not declared in [parameters]; did you mean 'N1'?"),

@@ -127,7 +127,7 @@ def test_figures_are_shown_and_saved(tmp_path: Path) -> None:
     assert figures._repr_html_().startswith('<img src="data:image/png;base64,')
     (path,) = figures.save(tmp_path, "svg")
     assert path == tmp_path / "spectrum.svg" and path.read_text(encoding="utf-8").startswith("<?xml")
-    with pytest.raises(InputError, match="no format 'gif'"):
+    with pytest.raises(InputError, match="unknown 'gif'"):
         figures.save(tmp_path, "gif")
 
 

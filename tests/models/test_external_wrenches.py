@@ -108,7 +108,7 @@ def test_models_that_no_wrench_changes_do_not_take_them() -> None:
         (("tol",), "scene, forces: no frame 'tol'"),
         (("joint3 in base",), "wrenches are in axes of frame 0: name a frame"),
         (("joint3 at (0, 1)",), "a point has three coordinates"),
-        (("joint3 at (0, 1, L9)",), "'L9' is not declared in [parameters]"),
+        (("joint3 at (0, 1, L9)",), "'L9' is not declared"),
         (("joint3", "joint3"), "joint3 is given twice"),
     ],
 )

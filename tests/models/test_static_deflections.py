@@ -218,11 +218,11 @@ def test_springs_that_cannot_be_static(example: str, scene: Scene, place: str, r
 @pytest.mark.parametrize(
     ("static", "place", "reason"),
     [
-        ("{ ram = 0, 11 = 0 }", "scene, static", "a joint is static twice"),
+        ("{ ram = 0, 11 = 0 }", "scene, static", "a joint is given twice"),
         ('"ram"', "static", "list of texts"),
         ("[1]", "static", "list of texts"),
         ('["rm"]', "scene, static", "did you mean 'ram'"),
-        ('{ ram = "x9" }', "scene, static, ram", "not a parameter"),
+        ('{ ram = "x9" }', "scene, static, ram", "not declared"),
         ("{ ram = nan }", "static, ram", "not finite"),
     ],
 )

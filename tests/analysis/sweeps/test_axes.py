@@ -67,7 +67,7 @@ def test_quantiles_of_a_distribution(given: str, share: float, value: float) -> 
         ("1e300,2", "out of range"),
         ("1:2:3:4", "give LOW:HIGH:COUNT"),
         ([], "the list is empty"),
-        ([1.0, float("nan")], "nan is not a number"),
+        ([1.0, float("nan")], "nan is not finite"),
         (["a"], "'a' is not a number"),
         ([True], "True is not a number"),
         (np.array([]), "the list is empty"),

@@ -372,7 +372,7 @@ def test_without_drives_torques_are_inputs(monkeypatch: pytest.MonkeyPatch) -> N
     machine = continuous()
     known = {name: replace(one, Kp=TUNED) for name, one in machine.drives.by_motor.items()}
     sought = unit_of(replace(machine, drives=Drives(known)), Scene(), Options())
-    assert 'gains of [drives] (drive, rod) are "tuned"' in sought.notes[0]
+    assert 'a gain of [drives] (drive, rod) is "tuned"' in sought.notes[0]
     left_out = unit_of(machine, Scene(), Options(by_torque=True))
     for one in (sought, left_out):
         assert one.programs.states == ("rod.friction",) and list(one.programs.inputs) == ["tau"]

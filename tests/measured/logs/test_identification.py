@@ -657,7 +657,7 @@ def test_pictures(arm: Machine, tmp_path: Path) -> None:
             "<svg" in text and [path.read_bytes() for path in found.plots().save(tmp_path / "pictures", "svg")] == first
         )
     assert found.plots().save(tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(InputError, match="no format 'bmp'"):
+    with pytest.raises(InputError, match="unknown 'bmp'"):
         found.plots().save(tmp_path, "bmp")
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file, not a folder"):
