@@ -16,7 +16,7 @@ from symoro_elastic.api.scenes import Prescribed, SceneRequest, required_motions
 from symoro_elastic.codegen.embedded.processors import CONTROLLERS
 from symoro_elastic.codegen.integration.tableaus import METHODS
 from symoro_elastic.codegen.precision import PRECISIONS
-from symoro_elastic.foundation.errors import InputError, among, reported_places
+from symoro_elastic.foundation.errors import NO_RANGE, InputError, among, reported_places
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.restrict import restrict
@@ -219,8 +219,6 @@ def _from_box(motions: Sequence[PrescribedMotion], box: Ranges, count: int, mach
     among(tuple(box), tuple(joint.name for joint in machine.independent_joints), "--box")
     for name, (low, high) in box.items():
         if not low <= high:
-            raise InputError(
-                "symoro-elastic", "--box", f"{name}={low:g}:{high:g} is not a range: give LOW:HIGH, LOW first"
-            )
+            raise InputError("symoro-elastic", "--box", f"{name}={NO_RANGE.format(low, high)}")
     places = starts(box, count) if box else [{}]
     return [replace(motion, start={**motion.start, **place}) for motion in motions for place in places]

@@ -14,6 +14,7 @@ LONGEST_MESSAGE = 4000
 """Characters of a message: four times those of a list of ten names with a reason."""
 TWICE = "is given twice: keep one"
 NOT_FINITE = "is not finite: give a finite number"
+NO_RANGE = "{:g}:{:g} is not a range: give finite LOW:HIGH, LOW first"
 MOST_SAMPLES = 5_000_000
 MOST_IN_FILES = 30_000_000
 """Numbers of a file of motions or measurements: 240 MB, some 2 GB to work with them."""

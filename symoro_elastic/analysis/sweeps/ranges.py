@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import NOT_FINITE, TWICE, InputError
+from symoro_elastic.foundation.errors import NO_RANGE, NOT_FINITE, TWICE, InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.formula import FormulaError, number, refuse_range
 from symoro_elastic.machine.limits import Range
@@ -195,7 +195,7 @@ def _refuse(over: Axis) -> None:
         case Steps(low, high, count) | Uniform(low, high, count):
             ends = (low, high)
             if not (low < high or (low == high and isinstance(over, Steps) and count == 1)):
-                raise ValueError(f"{low:g}:{high:g} is not a range: give LOW:HIGH, LOW first")
+                raise ValueError(NO_RANGE.format(low, high))
         case Normal(middle, deviation):
             ends = (middle, deviation)
             if not 0 < deviation < math.inf:

@@ -11,7 +11,7 @@ import numpy as np
 
 from symoro_elastic.analysis.time_series.writing import write_columns
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, InputError, refuse_numbers
+from symoro_elastic.foundation.errors import MOST_IN_FILES, MOST_SAMPLES, NO_RANGE, InputError, refuse_numbers
 from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine import described
@@ -81,9 +81,7 @@ def _of_machine(limits: of_joints.Limits, quantity: str) -> dict[str, tuple[floa
 def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]) -> None:
     for name, (low, high) in by_name.items():
         if not (low < high and math.isfinite(high - low)):
-            finite = " that is finite" if low < high else ""
-            what = f"{name or 'all'}: no room between {low:g} and {high:g}{finite}"
-            raise InputError("symoro-elastic", option, what)
+            raise InputError("symoro-elastic", option, f"{name or 'all'}={NO_RANGE.format(low, high)}")
         if option != POSITION_OPTION and low != -high:
             raise InputError("symoro-elastic", option, f"{name or 'all'}: one number, the largest either way")
 

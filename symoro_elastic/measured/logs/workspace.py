@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError, among, reported_places
+from symoro_elastic.foundation.errors import NO_RANGE, InputError, among, reported_places
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
@@ -39,7 +39,7 @@ class Box:
                 what = f"{name} is not a position of a frame: name one of x, y, z, such as tool.x"
                 raise InputError("symoro-elastic", PLACE, what)
             if not low < high:
-                raise InputError("symoro-elastic", PLACE, f"{name}: no room between {low:g} and {high:g}")
+                raise InputError("symoro-elastic", PLACE, f"{name}={NO_RANGE.format(low, high)}")
             frame = frames.in_base(signal.number, signal.at)
             names += [frame] if frame not in names else []
             self._rows.append((names.index(frame), signal.component))
@@ -74,7 +74,7 @@ def corners(
         raise InputError("symoro-elastic", OPTION, f"{len(payloads)} ranges, {MOST_RANGES} is the limit")
     for name, (low, high) in payloads.items():
         if not low < high:
-            raise InputError("symoro-elastic", OPTION, f"{name}: no room between {low:g} and {high:g}")
+            raise InputError("symoro-elastic", OPTION, f"{name}={NO_RANGE.format(low, high)}")
     all_values = {**parameter_values(machine), **values}
     for name, ends in payloads.items():
         _refuse_curved(machine, name, ends, all_values)

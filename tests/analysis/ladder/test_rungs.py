@@ -283,7 +283,7 @@ def test_tolerances_below_rounding_are_refused_before_any_work(tmp_path: Path) -
 @pytest.mark.parametrize("box", ["motor_y=0.3:0", "motor_y=-0.1"])
 def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
     line = refused("ladder", TWO_AXIS, "--scene", SCENE, "--box", box)
-    assert "--box: motor_y=" in line and line.endswith("is not a range: give LOW:HIGH, LOW first")
+    assert "--box: motor_y=" in line and line.endswith("is not a range: give finite LOW:HIGH, LOW first")
 
 
 @pytest.mark.thorough

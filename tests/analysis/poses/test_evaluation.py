@@ -61,7 +61,7 @@ def test_a_data_frame_has_a_row_for_each_entry() -> None:
         (("--at", "sholder=1"), "did you mean 'shoulder'"),
         (("--at", "shoulder.jerk=1"), "write shoulder, shoulder.qd, shoulder.qdd or shoulder.tau"),
         (("--at", "shoulder=1kg"), "--at"),
-        (("--at", "tip=1"), "no joint 'tip' has a variable"),
+        (("--at", "tip=1"), "no moving joint 'tip'"),
         (("--model", "inverse_geometric_model"), "inverse_geometric_model"),
     ],
 )
