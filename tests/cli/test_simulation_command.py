@@ -278,7 +278,7 @@ def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> Non
     ("machine", "motor", "said"),
     [
         (ODD["floating"].replace("body =", 'known = "acceleration"\nbody ='), "a", "base, known: the acceleration"),
-        (ODD["all_elastic"], "a", "a has no motor"),
+        (ODD["all_elastic"], "a", "no joint has a motor"),
     ],
 )
 def test_machines_that_are_not_simulated_are_named(machine: str, motor: str, said: str) -> None:

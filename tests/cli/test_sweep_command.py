@@ -74,10 +74,10 @@ def test_points_without_result_are_counted_and_null_in_json() -> None:
     [
         ("of = 3", "sweep.toml: of: must be a text"),
         ('over = { m = "(1.0, nan)" }', "sweep.toml: over, m: 'm=(1.0, nan)'"),
-        ("over = { m = [1.0, nan] }", "sweep.toml: over, m: nan is not a number"),
-        ('over = { m = "1,2" }\nfrequencies = [inf]', "sweep.toml: frequencies: inf is not a number"),
+        ("over = { m = [1.0, nan] }", "sweep.toml: over, m: nan is not finite"),
+        ('over = { m = "1,2" }\nfrequencies = [inf]', "sweep.toml: frequencies: inf is not finite"),
         ('over = { m = ["a"] }', "sweep.toml: over, m: must be a number"),
-        ("over = { m = [nan] }", "nan is not a number"),
+        ("over = { m = [nan] }", "nan is not finite"),
         ("over = { m = [] }", "a grid needs at least one value"),
         ("over = { m = true }", "must be a number"),
         ("overs = 3", "did you mean 'over'?"),

@@ -139,7 +139,7 @@ def test_base_parameters_are_as_many_as_known(name: str, inertial: int) -> None:
 
 def test_missing_geometry_is_named() -> None:
     machine, _ = read_machine(EXAMPLES / "flex4.par")
-    with pytest.raises(InputError, match="L2 without value"):
+    with pytest.raises(InputError, match="L2 has no value"):
         regressor(machine)
 
 
