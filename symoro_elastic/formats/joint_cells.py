@@ -95,8 +95,8 @@ def not_alone(cell: Formula, variable: str) -> str:
 def no_variable(cell: Formula, sigma: int, elsewhere: Collection[str]) -> str:
     """Return the message about a cell without joint variable; `elsewhere` are names in the other cell."""
     what = f"no joint variable in {quote(cell)}, where sigma = {sigma} expects it"
-    found = f"; {min(elsewhere)!r} is in {OTHER[sigma]}, which is for sigma = {1 - sigma}" if elsewhere else ""
-    return what + found
+    hint = f"; {min(elsewhere)!r} is in {OTHER[sigma]}, which is for sigma = {1 - sigma}" if elsewhere else ""
+    return what + hint
 
 
 def _without_parentheses(cell: Formula) -> str:

@@ -416,12 +416,12 @@ class Machine(Shown):
         if not self.motors:
             raise self.error(place, NO_MOTOR)
 
-    def without_motor(self, name: str) -> str:
+    def why_no_motor(self, name: str) -> str:
         """Return the message about the joint `name`, which has no motor, with the motors that there are."""
         motors = ", ".join(joint.name for joint in self.motor_joints)
         return f"{name} has no motor: motors are {motors}" if motors else NO_MOTOR
 
-    def dependent_joint(self, name: str) -> str:
+    def why_dependent(self, name: str) -> str:
         """Return the message about the joint `name`, which is not independent, with the independent ones."""
         names = ", ".join(joint.name for joint in self.independent_joints)
         return f"{name} does not move by itself: independent joints are {names}"

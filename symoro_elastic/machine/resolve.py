@@ -319,7 +319,7 @@ class _Names:
         named = {self._joint(name, "start", self.independent): x for name, x in start.items()}
         for joint in named:
             if joint not in self.independent:
-                raise self.fail("start", self.machine.dependent_joint(joint))
+                raise self.fail("start", self.machine.why_dependent(joint))
         return self._distinct(named, start, "start")
 
     def servos(self, servo: Mapping[str, Servo]) -> dict[str, Servo]:
@@ -333,7 +333,7 @@ class _Names:
     def _motor(self, name: str, key: str) -> str:
         joint = self._joint(name, key, self.motors)
         if joint not in self.motors:
-            raise self.fail(key, self.machine.without_motor(joint))
+            raise self.fail(key, self.machine.why_no_motor(joint))
         return joint
 
     def _joint(self, name: str, key: str, among: Sequence[str]) -> str:

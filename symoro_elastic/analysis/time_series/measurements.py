@@ -357,7 +357,7 @@ def _key(name: str, machine: Machine, source: str) -> tuple[str, str] | None:
         raise InputError(source, name, no_such("moving joint", parts["joint"], joints))
     joint = joints[parts["joint"]]
     if not parts["quantity"].startswith("q") and joint.kind is not Kind.MOTOR:
-        raise InputError(source, name, machine.without_motor(joint.name))
+        raise InputError(source, name, machine.why_no_motor(joint.name))
     return parts["quantity"], joint.name
 
 

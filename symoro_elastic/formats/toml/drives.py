@@ -158,7 +158,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     if name not in joints:
         raise InputError(table.source, HEADING, no_such("joint", name, motors))
     if name not in motors:
-        raise InputError(table.source, f"{HEADING}, {name}", machine.without_motor(name))
+        raise InputError(table.source, f"{HEADING}, {name}", machine.why_no_motor(name))
     _refuse_kind(table.table(name))
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}

@@ -93,10 +93,8 @@ waist    = { viscous = 2, coulomb = 4 }
 )
 
 
-SIGMAS = dict.fromkeys("xyz", 1) | dict.fromkeys("abc", 0)
-"""Kinds of the axes of a machine tool by their letters: slides, and turns."""
-AXIS = dict(zip("xyzabc", "xyzxyz", strict=True))
-"""The axis along which, or about which, each moves."""
+MOTIONS = {"x": (1, "x"), "y": (1, "y"), "z": (1, "z"), "a": (0, "x"), "b": (0, "y"), "c": (0, "z")}
+"""Axes of a machine tool by letter: sigma (1 for a slide, 0 for a turn) and its direction."""
 
 
 def start_of_axes(axes: str, screws: str = "") -> Start:
@@ -105,30 +103,30 @@ def start_of_axes(axes: str, screws: str = "") -> Start:
     Each has a motor. With `screws`, a pitch with its unit or in m, an elastic ball screw is between that and a slide.
     """
     letters = re.sub(r"[\s,]", "", axes).lower()
-    if not letters or not set(letters) <= SIGMAS.keys() or len(set(letters)) < len(letters):
+    if not letters or not set(letters) <= MOTIONS.keys() or len(set(letters)) < len(letters):
         what = "write X, Y, Z and turns A, B, C about these, in order from the frame to the tool, as in"
         raise InputError("symoro-elastic", "--axes", f'{quote(axes)} is not a list of axes: {what} "X Y Z B C"')
     pitch = _pitch(screws) if screws else ""
     rows, bodies, springs, motors, carrier = [], [], [], [], ""
     for k, x in enumerate(letters):
-        has_screw = bool(screws) and SIGMAS[x] == 1
+        sigma, axis = MOTIONS[x]
+        has_screw = bool(screws) and sigma == 1
         carrier, mass = f"{x}_screw" if has_screw else f"{x}_axis", max(400 >> k, 25)
-        place = f'sigma = {SIGMAS[x]}, axis = "{AXIS[x]}", at = [0, 0, {0.2 * k:.1g}]'
+        place = f'sigma = {sigma}, axis = "{axis}", at = [0, 0, {0.2 * k:.1g}]'
         rows.append(f'  {{ name = "{x}_axis",  kind = "motor",   {place} }},')
         if has_screw:
             rows.append(f'  {{ name = "{x}_screw", kind = "elastic", {place} }},')
             springs.append(f"{x}_screw = {{ stiffness = 1.5e8, damping = 2e4 }}")
         inertia = ", ".join([f"{0.04 * mass:g}"] * 3)
         bodies.append(f"{carrier} = {{ mass = {mass}, center_of_mass = [0, 0, 0], inertia = [{inertia}] }}")
-        rotor = f'2e-3, ratio = "2*pi/{pitch}"' if has_screw else 80 if SIGMAS[x] else 0.5
+        rotor = f'2e-3, ratio = "2*pi/{pitch}"' if has_screw else 80 if sigma else 0.5
         motors.append(f"{x}_axis = {{ rotor_inertia = {rotor} }}")
     rows.append(f'  {{ name = "tool",    kind = "fixed", at = [0, 0, "-L1"], in = "{carrier}" }},')
     tables = {"parameters": 'L1 = { value = 0.2, unit = "m" }', "bodies": "\n".join(bodies)}
     tables |= {"springs": "\n".join(springs)} if springs else {}
     tables["motors"] = "\n".join(motors)
-    title = f"axes {', '.join(letters.upper())} from the frame to the tool" + ", slides on elastic ball screws" * bool(
-        springs
-    )
+    title = f"axes {', '.join(letters.upper())} from the frame to the tool"
+    title += ", slides on elastic ball screws" * bool(springs)
     return with_drives(Start(title, "\n".join(rows), tables))
 
 

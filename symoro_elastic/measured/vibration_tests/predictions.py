@@ -119,7 +119,7 @@ class Predictions:
         outs = [*(name for test in tests for name in _outputs(test)), *measured]
         self.motion = motion_of(sought.machine, {}, tuple(dict.fromkeys(ins)), tuple(dict.fromkeys(outs)))
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
-        self._loops = feedbacks_of(self.motion, self.parameters) if drives else {}
+        self._feedbacks = feedbacks_of(self.motion, self.parameters) if drives else {}
 
         self.windowed: tuple[int | str, ...] = ()
         self.pairs_all = False
@@ -216,10 +216,10 @@ class Predictions:
     def _feedbacks_of(self, test: VibrationTest) -> list[Feedback]:
         """Return the control loops of the drives that a test switches on; raises `InputError` for a missing drive."""
         for name in test.drives:
-            if name not in self._loops:
-                what = f"{name} has none{did_you_mean(name, self._loops)}"
+            if name not in self._feedbacks:
+                what = f"{name} has none{did_you_mean(name, self._feedbacks)}"
                 raise InputError(test.name, "drives", what)
-        return [self._loops[name] for name in test.drives]
+        return [self._feedbacks[name] for name in test.drives]
 
     def doubts_at(self, x: Array) -> list[str]:
         """Return lines on omitted parts of the machine: backlash, bristles of friction, drives that are on."""

@@ -156,5 +156,5 @@ def _not_free(machine: Machine, name: str, names: Iterable[str]) -> str:
     """Message for a name that does not belong to an independent variable."""
     for j, joint in _rows(machine, machine.articulated):
         if name in (joint.name, joint.variable) and j not in machine.independent:
-            return machine.dependent_joint(name)
+            return machine.why_dependent(name)
     return no_such("moving joint", name, names)

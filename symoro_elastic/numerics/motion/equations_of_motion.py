@@ -130,7 +130,7 @@ class EquationsOfMotion:
         indices |= {joint.name: k for k, joint in enumerate(self.joints)}
         dependent = {x: j for j in map(self.machine.joint, self.machine.dependent) for x in (j.name, str(j.variable))}
         if name in dependent:
-            raise InputError(self.source, place, self.machine.dependent_joint(dependent[name].name))
+            raise InputError(self.source, place, self.machine.why_dependent(dependent[name].name))
         if name not in indices:
             raise InputError(self.source, place, no_such("moving joint", name, indices))
         return indices[name]
@@ -158,7 +158,7 @@ class EquationsOfMotion:
         motors = self.machine.motors_by_name
         if name not in motors:
             joint = self.names[self.index(name, place)]
-            raise InputError(self.source, place, self.machine.without_motor(joint))
+            raise InputError(self.source, place, self.machine.why_no_motor(joint))
         return self.motor_names.index(motors[name])
 
     def motor_slopes(self, q: Array) -> Array:

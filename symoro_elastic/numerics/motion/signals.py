@@ -106,7 +106,7 @@ def joint_signals(names: Iterable[str]) -> set[str]:
 def entry_of(machine: Machine, signal: JointSignal) -> int:
     """Return the index in q of the joint of a signal; raises `InputError` for a joint that follows from others."""
     if signal.number not in machine.independent:
-        what = machine.dependent_joint(machine.joint(signal.number).name)
+        what = machine.why_dependent(machine.joint(signal.number).name)
         raise machine.error(OUTPUT, f"{quote(signal.name)}: {what}")
     return machine.independent.index(signal.number)
 
@@ -122,7 +122,7 @@ def _input(machine: Machine, name: str) -> Signal:
         return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, INPUT)
     j = _joint(machine, name, owner, INPUT)
     if j not in machine.motors:
-        what = f"{quote(name)}: {machine.without_motor(owner)}; or name <frame>.{'|'.join(WRENCH_INPUTS)}"
+        what = f"{quote(name)}: {machine.why_no_motor(owner)}; or name <frame>.{'|'.join(WRENCH_INPUTS)}"
         raise machine.error(INPUT, what)
     return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 
